@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -151,15 +152,23 @@ def _position(other: AutopilotMessages, stamp_ms: int, name: str) -> Message:
     return other(name, time_boot_ms=stamp_ms, lat=lat, lon=lon, alt=584_000, hdg=0)
 
 
+def _follow_system(
+    flight: FollowFlight, system_id: int, name: str, count: int, hear: Callable[..., None]
+) -> str:
+    """Follow a system, which is heard ten times a second; return the goal's id."""
+    source = TargetSource(system_id=system_id)
+    goal_id = flight.follow(replace(BEHIND, source=source, offset_frame=OffsetFrame.MAP))
+    other = AutopilotMessages(system_id)
+    for number in range(count):
+        hear(_position(other, 1000 + 100 * number, name), flight.now)
+        flight.run_for(0.1)
+    return goal_id
+
+
 @pytest.mark.parametrize("name", ["FOLLOW_TARGET", "GLOBAL_POSITION_INT"])
 def test_another_mavlink_system_is_followed(name: str) -> None:
     flight = FollowFlight(east(0.0))
-    source = TargetSource(system_id=7)
-    goal_id = flight.follow(replace(BEHIND, source=source, offset_frame=OffsetFrame.MAP))
-    other = AutopilotMessages(7)
-    for number in range(100):
-        flight.bridge.receive(_position(other, 1000 + 100 * number, name), flight.now)
-        flight.run_for(0.1)
+    goal_id = _follow_system(flight, 7, name, 100, flight.bridge.receive)
     assert flight.state(goal_id) is FollowState.FOLLOWING
     distance_m = flight.feedback(goal_id)[-1].follow.distance_m  # type: ignore[union-attr]
     assert distance_m == pytest.approx(math.hypot(6.0, 5.0), abs=3.0)
@@ -168,12 +177,7 @@ def test_another_mavlink_system_is_followed(name: str) -> None:
 @pytest.mark.parametrize(("name", "follows"), [("FOLLOW_TARGET", 1), ("GLOBAL_POSITION_INT", 0)])
 def test_a_ground_station_on_a_link_of_its_own_is_followed(name: str, follows: int) -> None:
     flight = FollowFlight(east(0.0))
-    source = TargetSource(system_id=255)
-    goal_id = flight.follow(replace(BEHIND, source=source, offset_frame=OffsetFrame.MAP))
-    station = AutopilotMessages(255)
-    for number in range(50):
-        flight.bridge.overhear(_position(station, 1000 + 100 * number, name), flight.now)
-        flight.run_for(0.1)
+    goal_id = _follow_system(flight, 255, name, 50, flight.bridge.overhear)
     state = flight.state(goal_id)
     assert state is (FollowState.FOLLOWING if follows else FollowState.ACQUIRING)
 

@@ -122,8 +122,7 @@ class RemoteIdSender(VehicleService):
 
 def _identities(identity: RemoteId, conversation: Conversation) -> list[Message]:
     """Return what does not change; what is empty is left out."""
-    address = conversation.address
-    to = {"target_system": address.target_system, "target_component": address.target_component}
+    to = _receiver(conversation.address)
     messages = []
     if identity.serial_number:
         uas_id = identity.serial_number.encode("ascii").ljust(20, b"\0")
@@ -131,7 +130,6 @@ def _identities(identity: RemoteId, conversation: Conversation) -> list[Message]
             make(
                 "OPEN_DRONE_ID_BASIC_ID",
                 **to,
-                id_or_mac=_NO_ID,
                 id_type=mavlink.MAV_ODID_ID_TYPE_SERIAL_NUMBER,
                 ua_type=_aircraft(conversation.profile),
                 uas_id=list(uas_id),
@@ -142,7 +140,6 @@ def _identities(identity: RemoteId, conversation: Conversation) -> list[Message]
             make(
                 "OPEN_DRONE_ID_OPERATOR_ID",
                 **to,
-                id_or_mac=_NO_ID,
                 operator_id_type=mavlink.MAV_ODID_OPERATOR_ID_TYPE_CAA,
                 operator_id=identity.operator_id,
             )
@@ -152,7 +149,6 @@ def _identities(identity: RemoteId, conversation: Conversation) -> list[Message]
             make(
                 "OPEN_DRONE_ID_SELF_ID",
                 **to,
-                id_or_mac=_NO_ID,
                 description_type=mavlink.MAV_ODID_DESC_TYPE_TEXT,
                 description=identity.description,
             )
@@ -160,14 +156,21 @@ def _identities(identity: RemoteId, conversation: Conversation) -> list[Message]
     return messages
 
 
+def _receiver(address: Address) -> dict[str, int | list[int]]:
+    """Return the fields of every message that say for whom it is."""
+    return {
+        "target_system": address.target_system,
+        "target_component": address.target_component,
+        "id_or_mac": _NO_ID,
+    }
+
+
 def _system(operator: tuple[float, float, float], address: Address, unix_s: float) -> Message:
     """Return where the operator is: a fixed position."""
     latitude_deg, longitude_deg, altitude_m = operator
     return make(
         "OPEN_DRONE_ID_SYSTEM",
-        target_system=address.target_system,
-        target_component=address.target_component,
-        id_or_mac=_NO_ID,
+        **_receiver(address),
         operator_location_type=mavlink.MAV_ODID_OPERATOR_LOCATION_TYPE_FIXED,
         classification_type=mavlink.MAV_ODID_CLASSIFICATION_TYPE_UNDECLARED,
         operator_latitude=round(latitude_deg * 1e7),
