@@ -120,6 +120,36 @@ def test_a_lost_target_is_not_waited_for_near_the_ground() -> None:
     assert descent.asked[-1] is TaskOperation.LAND_ON_TARGET
 
 
+@pytest.mark.parametrize(
+    ("up_m", "target_up_m", "lands"),
+    [
+        (-6.0, 0.0, False),  # far below the target: its height was wrong
+        (-23.5, 0.0, True),
+        (0.3, -6.0, False),  # the target is lower than where the vehicle stood before
+        (10.4, 10.0, True),  # on a roof
+    ],
+)
+def test_a_lost_target_is_waited_for_by_its_height_or_the_ground(
+    up_m: float, target_up_m: float, lands: bool
+) -> None:
+    descent = Descent(retries=1)
+    descent.put(ground_enu_m=-24.0)
+    descent.see((1.0, 1.0, target_up_m))
+    descent.run(0.5)
+    descent.put(position_enu_m=(1.0, 1.0, up_m))
+    descent.run(5.0)
+    assert (descent.asked[-1] is TaskOperation.LAND_ON_TARGET) is lands
+
+
+def test_a_vehicle_that_stands_does_not_search() -> None:
+    descent = Descent(retries=1)
+    descent.see((1.0, 1.0, -9.0))
+    descent.run(0.5)
+    descent.put(position_enu_m=(1.0, 1.0, 0.0), airborne=False)
+    descent.run(5.0)
+    assert descent.asked[-1] is TaskOperation.LAND_ON_TARGET
+
+
 def test_a_lost_target_has_it_hold_for_good_without_retries() -> None:
     descent = Descent()
     descent.run(2.0, seen=True)

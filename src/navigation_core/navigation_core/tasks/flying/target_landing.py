@@ -234,13 +234,14 @@ class TargetLanding(Task):
     def _has_lost(self, observation: Observation, now: float) -> bool:
         """Whether it does not see the target, and is high enough to search for it."""
         target = observation.followed
-        if target is None or self._cancel_asked or not observation.armed:
+        if target is None or self._cancel_asked:
+            return False
+        if not observation.armed or observation.airborne is False:
             return False
         here = observation.position_enu_m
         if here is None or not is_located(observation, self._terms.config.position_stale_s):
             return False
-        floor_m = target.position_enu_m[2] if target.is_known else observation.ground_enu_m
-        return target.is_lost(now) and here[2] - floor_m > _COMMITTED_M
+        return target.is_lost(now) and not _is_low(here[2], target, observation.ground_enu_m)
 
     def _lose(self, observation: Observation, now: float) -> None:
         """Climb to search again, hold for good, or land anywhere."""
@@ -274,6 +275,18 @@ class TargetLanding(Task):
             return replace(outcome, message=text, final_error_m=off_m)
         text = f"The vehicle landed {off_m:.2f} m from the target. Its motors are off."
         return replace(outcome, message=text, final_error_m=off_m)
+
+
+def _is_low(up_m: float, target: TrackedTarget, ground_up_m: float) -> bool:
+    """Return whether there is neither a need nor room to search.
+
+    A vehicle that is well below the target was told a wrong height of it: the ground counts then.
+    """
+    if not target.is_known:
+        return up_m - ground_up_m <= _COMMITTED_M
+    above_m = up_m - target.position_enu_m[2]
+    floor_m = above_m if above_m >= -_COMMITTED_M else up_m - ground_up_m
+    return abs(floor_m) <= _COMMITTED_M
 
 
 def _is_seen(target: TrackedTarget | None, now: float) -> bool:
