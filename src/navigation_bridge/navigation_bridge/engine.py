@@ -150,7 +150,8 @@ class Engine:
         for rule in rules.RULES:
             if rule.guards and not guarded:
                 continue
-            verdict = rule.judge(snapshot, goal)
+            if (verdict := rule.judge(snapshot, goal)) is None:
+                continue
             if isinstance(verdict, rules.Abandon):
                 self.abandon(verdict.code, verdict.text, snapshot.time_s)
                 return
@@ -158,9 +159,8 @@ class Engine:
                 if verdict.shown:
                     self._show_status(goal, snapshot)
                 return
-            if verdict is not None:
-                self._apply(verdict, goal, snapshot)
-                guarded = guarded and not goal.ending
+            self._apply(verdict, goal, snapshot)
+            guarded = guarded and not goal.ending
         if due:
             goal.times.guard_begins(snapshot.time_s)
             snapshot = self.bound(snapshot)

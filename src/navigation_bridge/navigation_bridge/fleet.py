@@ -12,6 +12,7 @@ import logging
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
+from operator import attrgetter
 from typing import Protocol, TypeVar
 
 from mavlink_vehicle.codec import Intake, Message
@@ -26,6 +27,8 @@ ResultT = TypeVar("ResultT")
 
 VEHICLE_MESSAGES_HZ, VEHICLE_BURST = 1000.0, 2000.0
 """Message rate limit of one of several vehicles: ten times its telemetry."""
+# Asked for all members in each turn of the driver.
+_DEADLINE_S = attrgetter("deadline_s")
 
 
 class DriverThread(Protocol):
@@ -221,7 +224,7 @@ class FleetApplication:
         for member in self._untimed:
             member.deadline_s = self._deadline(member)
         self._untimed.clear()
-        deadline_s = min(member.deadline_s for member in self._members)
+        deadline_s: float = min(map(_DEADLINE_S, self._members))
         return None if deadline_s == math.inf else max(deadline_s, 0.0)
 
     def messages_to_send(self) -> list[Message]:

@@ -60,8 +60,8 @@ class BagGoals:
         kind = goal.kind
         message = kind.type.Impl.FeedbackMessage()
         message.goal_id = goal.status.goal_info.goal_id
-        message.feedback = kind.feedback(feedback, self._node.get_clock().now().to_msg())
-        message.feedback.current_pose.header.frame_id = self._frames.map
+        stamp = self._node.get_clock().now().to_msg()
+        message.feedback = kind.feedback(feedback, stamp, self._frames.map)
         self._publish(kind, "feedback", type(message), message, _FEEDBACK_QOS)
 
     def finish(self, finished: GoalFinished) -> None:

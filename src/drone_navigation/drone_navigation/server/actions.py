@@ -101,14 +101,14 @@ class ActionKind:
         name: its name in the graph.
         type: its generated type.
         request: makes the bridge's request from a goal.
-        feedback: makes the feedback message.
+        feedback: makes the feedback message, with its pose in a frame.
         result: makes the result message.
     """
 
     name: str
     type: ActionType
     request: Callable[[GoalMessage], Request]
-    feedback: Callable[[GoalFeedback, Time], FeedbackMessage]
+    feedback: Callable[[GoalFeedback, Time, str], FeedbackMessage]
     result: Callable[[GoalFinished, Time], ResultMessage]
 
 
@@ -118,7 +118,7 @@ class _Interface:
 
     type: ActionType
     request: Callable[[GoalMessage, RequestType], Request]
-    feedback: Callable[[Callable[[], FeedbackMessage], GoalFeedback, Time], FeedbackMessage]
+    feedback: Callable[[Callable[[], FeedbackMessage], GoalFeedback], FeedbackMessage]
     result: Callable[[Callable[[], ResultMessage], GoalFinished, Time], ResultMessage]
 
 
@@ -163,11 +163,18 @@ def action_of(task: TaskKind[Any]) -> ActionKind:
     if not bases:
         raise LookupError(f"No action is known for a {task.request.__name__}.")
     interface = _INTERFACES[bases[0]]
+
+    def feedback(given: GoalFeedback, stamp: Time, frame_id: str) -> FeedbackMessage:
+        message = interface.feedback(interface.type.Feedback, given)
+        # A pose among the arguments would be made twice.
+        convert.put_pose(message.current_pose, given.pose, stamp, frame_id)
+        return message
+
     return ActionKind(
         task.action,
         interface.type,
         lambda goal: interface.request(goal, task.request),
-        partial(interface.feedback, interface.type.Feedback),
+        feedback,
         partial(interface.result, interface.type.Result),
     )
 
@@ -364,9 +371,7 @@ class GoalServers:
         if session is None or session.finished is not None:
             return
         stamp = self._node.get_clock().now().to_msg()
-        message = session.kind.feedback(feedback, stamp)
-        message.current_pose.header.frame_id = self._frames.map
-        session.handle.publish_feedback(message)
+        session.handle.publish_feedback(session.kind.feedback(feedback, stamp, self._frames.map))
 
     def cancel(self, wanted: CancelWanted) -> None:
         """Show a goal's clients that it is being cancelled, by whomever."""

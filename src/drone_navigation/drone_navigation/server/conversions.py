@@ -195,56 +195,60 @@ def code_number(code: OutcomeCode) -> int:
 def pose_stamped(pose: MapPose | None, stamp: Time, frame_id: str = FRAME_MAP) -> PoseStamped:
     """Return the pose in the map frame; all NaN if unknown."""
     message = PoseStamped()
+    put_pose(message, pose, stamp, frame_id)
+    return message
+
+
+def put_pose(message: PoseStamped, pose: MapPose | None, stamp: Time, frame_id: str) -> None:
+    """Write the pose in the map frame into a message; all NaN if unknown."""
     message.header.stamp = stamp
     message.header.frame_id = frame_id
     position, orientation = message.pose.position, message.pose.orientation
     if pose is None:
         position.x = position.y = position.z = math.nan
         orientation.x = orientation.y = orientation.z = orientation.w = math.nan
-        return message
+        return
     position.x, position.y, position.z = pose.position_enu_m
     orientation.x, orientation.y, orientation.z, orientation.w = pose.orientation_xyzw
-    return message
 
 
 def _or_nan(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def _common_feedback(feedback: GoalFeedback, stamp: Time) -> dict[str, object]:
-    """Return the fields that all feedbacks have; an unknown battery is NaN."""
+def _common_feedback(feedback: GoalFeedback) -> dict[str, object]:
+    """Return the fields that all feedbacks have but the pose; an unknown battery is NaN."""
     remaining = feedback.battery_remaining
     return {
-        "current_pose": pose_stamped(feedback.pose, stamp),
         "battery_percentage": math.nan if remaining is None else 100.0 * remaining,
         "current_status": feedback.status.value,
     }
 
 
-def _feedback_to_end(feedback: GoalFeedback, stamp: Time) -> dict[str, object]:
+def _feedback_to_end(feedback: GoalFeedback) -> dict[str, object]:
     """Return the fields of a goal that has a target or an end."""
     return {
-        **_common_feedback(feedback, stamp),
+        **_common_feedback(feedback),
         "distance_remaining": feedback.distance_remaining_m,
         "estimated_time_remaining": feedback.time_remaining_s,
     }
 
 
-def velocity_feedback(make: Callable[..., M], feedback: GoalFeedback, stamp: Time) -> M:
+def velocity_feedback(make: Callable[..., M], feedback: GoalFeedback) -> M:
     """Return the feedback of a goal that follows velocity commands."""
     return make(
-        **_common_feedback(feedback, stamp),
+        **_common_feedback(feedback),
         height=_or_nan(feedback.height_m),
         setpoint_delay=feedback.late_s,
     )
 
 
-def follow_feedback(make: Callable[..., M], feedback: GoalFeedback, stamp: Time) -> M:
+def follow_feedback(make: Callable[..., M], feedback: GoalFeedback) -> M:
     """Return the feedback of a goal that follows a target."""
     follow = feedback.follow
     state = FollowState.ACQUIRING if follow is None else follow.state
     return make(
-        **_common_feedback(feedback, stamp),
+        **_common_feedback(feedback),
         state=getattr(Follow.Feedback, state.value),
         distance=math.nan if follow is None else follow.distance_m,
         target_age=math.inf if follow is None else follow.age_s,
@@ -254,45 +258,41 @@ def follow_feedback(make: Callable[..., M], feedback: GoalFeedback, stamp: Time)
     )
 
 
-def flown_feedback(
-    make: Callable[..., M], feedback: GoalFeedback, stamp: Time, **more: object
-) -> M:
+def flown_feedback(make: Callable[..., M], feedback: GoalFeedback, **more: object) -> M:
     """Return the feedback of a flight that is led, with more fields."""
     return make(
-        **_feedback_to_end(feedback, stamp),
+        **_feedback_to_end(feedback),
         replans=feedback.replans,
         setpoint_delay=feedback.late_s,
         **more,
     )
 
 
-def height_feedback(make: Callable[..., M], feedback: GoalFeedback, stamp: Time) -> M:
+def height_feedback(make: Callable[..., M], feedback: GoalFeedback) -> M:
     """Return the feedback of a climb or descent."""
-    return make(**_feedback_to_end(feedback, stamp), height=_or_nan(feedback.height_m))
+    return make(**_feedback_to_end(feedback), height=_or_nan(feedback.height_m))
 
 
-def waypoints_feedback(make: Callable[..., M], feedback: GoalFeedback, stamp: Time) -> M:
+def waypoints_feedback(make: Callable[..., M], feedback: GoalFeedback) -> M:
     """Return the feedback of a route."""
     route = feedback.route
     if route is None:
-        return flown_feedback(make, feedback, stamp)
+        return flown_feedback(make, feedback)
     return flown_feedback(
         make,
         feedback,
-        stamp,
         current_waypoint=route.current,
         current_lap=route.lap,
         waypoints_remaining=route.remaining,
     )
 
 
-def orbit_feedback(make: Callable[..., M], feedback: GoalFeedback, stamp: Time) -> M:
+def orbit_feedback(make: Callable[..., M], feedback: GoalFeedback) -> M:
     """Return the feedback of a circle."""
     orbit = feedback.orbit
     return flown_feedback(
         make,
         feedback,
-        stamp,
         laps_flown=0.0 if orbit is None else orbit.laps_flown,
         radius_error=math.nan if orbit is None else orbit.radius_error_m,
     )

@@ -103,7 +103,9 @@ class TokenBucket:
 
     def take(self, count: float, now: float) -> bool:
         """Take `count` at once if that many are there, else none."""
-        tokens = min(self._burst, self._tokens + (now - self._filled_s) * self._rate_hz)
+        tokens = self._tokens + (now - self._filled_s) * self._rate_hz
+        if tokens > self._burst:
+            tokens = self._burst
         self._filled_s = now
         enough = count <= tokens
         self._tokens = tokens - count if enough else tokens

@@ -225,6 +225,14 @@ class VehicleState:
             return not self.estimator_reported
         return self.estimator.horizontal_position_ok
 
+    @property
+    def has_pose(self) -> bool:
+        """Whether `pose_enu` returns a pose, which takes longer to compute."""
+        place = self.global_position
+        if place is None or self.local_position is None or not self.position_valid:
+            return False
+        return self.attitude is not None or place.heading_ned_rad is not None
+
     def pose_enu(self, frame: LocalFrame) -> tuple[Vector3, float, Quaternion] | None:
         """Return position (m), yaw (rad) and attitude in a local frame with the axes of ROS.
 

@@ -308,7 +308,7 @@ def _status_key(bridge: Bridge, state: VehicleState) -> tuple[object, ...]:
         state.landed_state,
         state.failsafe,
         state.texts,
-        bridge.map_frame.pose(bridge.vehicle.state) is not None,
+        bridge.map_frame.frame is not None and state.has_pose,
         vehicle.heartbeats.alive,
         vehicle.in_control_mode,
         bridge.goals.active_id,
