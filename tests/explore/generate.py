@@ -81,6 +81,25 @@ _ONBOARD: dict[tuple[str, str], tuple[tuple[str, tuple[float, ...]], ...]] = {
         ("WP_SPEED", (0.5, 5.0)), ("WP_RADIUS", (0.5, 5.0)), ("FS_GCS_ENABLE", (1.0,)),
     ),
 }  # fmt: skip
+# What a ground station sets in flight: legal, and not always wise.
+_SET_IN_FLIGHT: dict[tuple[str, str], tuple[tuple[str, tuple[float, ...]], ...]] = {
+    ("copter", "ardupilot"): (
+        *_ONBOARD["copter", "ardupilot"],
+        ("GUID_TIMEOUT", (0.1, 0.5, 3.0, 10.0)), ("WPNAV_ACCEL", (50.0, 500.0)),
+        ("FENCE_ALT_MAX", (10.0, 100.0)), ("FENCE_ACTION", (0.0, 1.0, 2.0, 4.0)),
+        ("BATT_FS_LOW_ACT", (0.0, 1.0, 2.0)), ("FS_THR_ENABLE", (0.0, 1.0, 3.0)),
+        ("ARMING_CHECK", (0.0, 1.0)), ("WPNAV_RADIUS", (10.0, 1000.0)),
+    ),
+    ("copter", "px4"): (
+        *_ONBOARD["copter", "px4"],
+        ("COM_OBL_RC_ACT", (0.0, 3.0, 4.0, 5.0)), ("NAV_RCL_ACT", (1.0, 2.0, 3.0)),
+        ("COM_LOW_BAT_ACT", (0.0, 2.0, 3.0)), ("MPC_XY_VEL_MAX", (1.0, 12.0)),
+        ("NAV_ACC_RAD", (1.0, 20.0)), ("COM_OF_LOSS_T", (0.0, 60.0)),
+    ),
+    ("rover", "ardupilot"): (
+        *_ONBOARD["rover", "ardupilot"], ("WP_SPEED", (0.2, 10.0)),
+    ),
+}  # fmt: skip
 # Where they stand, east and north of the first one, and in whose places they change.
 _SHARED_PLACES_M = ((0.0, 0.0), (12.0, 0.0), (6.0, 10.0))
 _SWAPS = ((1, 0, 2), (1, 2, 0), (2, 0, 1))
@@ -114,6 +133,7 @@ class _Author:
             self._people(index, bool(posts))
             if self.mood in ("stations", "all"):
                 self._stations(index)
+                self._settings(index)
             if self.mood in ("trouble", "all"):
                 self._trouble(index)
         wind = rng.uniform(0.0, 7.0) if rng.random() < 0.4 else 0.0
@@ -326,6 +346,22 @@ class _Author:
                 self._add(t, craft, what, arm=rng.random() < 0.5, seen=seen)
             else:
                 self._add(t, craft, what, seen=seen)
+
+    def _settings(self, craft: int) -> None:
+        """What a ground station sets in flight in one scenario of three, without a draw."""
+        rng = random.Random(f"settings {self.seed} {craft}")
+        if rng.random() > 0.33:
+            return
+        specs = _SET_IN_FLIGHT.get(self._kind(craft), ())
+        for _ in range(rng.choice((1, 2, 4))):
+            t, seen = rng.uniform(2.0, self.last_s), rng.random() < 0.6
+            if specs and rng.random() < 0.8:
+                name, values = rng.choice(specs)
+                self._add(t, craft, "station_param", name=name, value=rng.choice(values), seen=seen)
+            else:
+                offset = [round(rng.uniform(-60.0, 60.0), 1) for _ in range(2)]
+                offset.append(rng.choice((0.0, 0.0, -20.0, 30.0)))
+                self._add(t, craft, "station_home", offset=offset, seen=seen)
 
     def _trouble(self, craft: int) -> None:
         rng = self.rng

@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 from mavlink_sitl import LinkFaults
 from mavlink_vehicle.codec import make, mavlink
+from mavlink_vehicle.storage.values import encode_value
 from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.requests import (
     ActKind,
@@ -263,6 +264,29 @@ def station_goto(ship: Ship, north_m: float, height_m: float, seen: bool = True)
     ship.hear_station(message, seen)
 
 
+def station_param(ship: Ship, name: str, value: float, seen: bool = True) -> None:
+    """PARAM_SET, of a parameter that the vehicle has."""
+    kind = int(ship.sim.firmware.parameters.specs[name].type)
+    number = encode_value(value, kind, ship.craft.autopilot == "px4")
+    message = make(
+        "PARAM_SET", **ship.address, param_id=name.encode(), param_value=number, param_type=kind
+    )
+    ship.hear_station(message, seen)
+
+
+def station_home(ship: Ship, offset: list[float], seen: bool = True) -> None:
+    """DO_SET_HOME: north, east and up from where it was at first."""
+    latitude, longitude, altitude = ship.craft.home
+    north, east, up = (float(v) for v in offset)
+    shrunk_m = 111_000.0 * math.cos(math.radians(latitude))
+    message = make(
+        "COMMAND_INT", **ship.address, frame=0, command=mavlink.MAV_CMD_DO_SET_HOME,
+        x=round((latitude + north / 111_000.0) * 1e7), y=round((longitude + east / shrunk_m) * 1e7),
+        z=altitude + up,
+    )  # fmt: skip
+    ship.hear_station(message, seen)
+
+
 def pilot_mode(ship: Ship, mode: str) -> None:
     """The pilot turns the mode switch."""
     ship.sim.pilot_mode_change(mode)
@@ -388,7 +412,7 @@ ACTIONS: dict[str, Action] = {
     for action in (
         *(navigate, route, orbit, follow, takeoff, land, go_home, cancel, pause, resume, serve),
         *(station_mode, station_pause, station_arm, station_clear, station_current),
-        *(station_upload, station_goto, pilot_mode, pilot_throttle),
+        *(station_upload, station_goto, station_param, station_home, pilot_mode, pilot_throttle),
         *(link, silence, full, stuck, blind, gps, glitch, battery, radio, wind, reboot),
         *(clock, stall, kill, start, shut_down, noise),
     )
