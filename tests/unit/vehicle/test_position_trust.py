@@ -175,6 +175,26 @@ def test_a_fix_that_has_come_back_counts_after_a_second_and_again_from_the_start
     assert watched.trust.complaint == ""
 
 
+def test_the_jump_back_to_a_gps_that_was_lost_is_no_fault_of_its_own() -> None:
+    """A real ArduCopter jumped by 6.5 m, 0.3 s after its GPS came back."""
+    watched = Watched()
+    watched.at(0.0)
+    watched.gps(0.0)
+    for step in range(20):
+        watched.gps(0.0, 0.3, fix_type=1)
+        watched.at(0.1 * step)
+    watched.gps(-6.5, 0.1)
+    watched.at(1.9)
+    watched.at(-6.5)
+    assert watched.trust.jump_m() == 0.0
+    for _ in range(12):
+        watched.gps(-6.5, 0.1)
+        watched.at(-6.5)
+    assert watched.trust.complaint == ""
+    watched.at(0.0)
+    assert watched.trust.jump_m() == pytest.approx(6.5, abs=0.1)
+
+
 def test_the_ratio_of_a_px4_is_read_too() -> None:
     watched = Watched(PX4)
     for _ in range(3):
