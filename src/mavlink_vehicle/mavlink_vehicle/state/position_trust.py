@@ -13,8 +13,8 @@ So the two are followed apart. A jump is remembered until it has jumped back, or
 disarmed: which of the two places was the right one is not known here.
 
 A fix that is lost is another fault: without it the estimate goes astray, and when it comes back the
-estimate jumps to it. ArduCopter's own simulator did so 0.3 s later, by 6.5 m after 6 s. That jump
-ends the fault, and is none of its own.
+estimate jumps to it. On their own simulators ArduCopter did so 0.3 s later, by 6.5 m after 6 s, and
+PX4 1.3 s later, 1.0 s after it reported the fix. That jump ends the fault, and is none of its own.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ _SLACK_M, _VELOCITY_ERROR_M_S, _ACCELERATION_M_S2 = 1.0, 0.7, 5.0
 _SILENCE_MS = 2000
 # A bad word must hold this long: EKF_STATUS_REPORT and ESTIMATOR_STATUS come once a second.
 _CONFIRM_S = 0.9
-# A good word must hold this long after bad ones: the estimate comes back to its GPS in the first
-# moments, and moves as the vehicle does not.
-_SETTLED_S = 1.0
+# A good word must hold this long after bad ones: the estimate comes back to its GPS within it
+# (a PX4 1.0 s after its fix), and moves as the vehicle does not.
+_SETTLED_S = 2.0
 # How far the GPS may be from the estimate: its latency, and its own accuracy.
 _GPS_OFF_M, _GPS_LATENCY_S, _GPS_SIGMAS = 5.0, 0.5, 3.0
 # The reports of which the first one with a fault counts.
