@@ -370,8 +370,6 @@ REASONS = {
     "home is an item": "the number of a waypoint is not compared with the vehicle's",
     "the last item is never asked for": "the goal ends with a reason, as on a faulty link",
     "skipped waypoints count": "missions that skip one were disturbed, and anything is right then",
-    "anywhere is on the target": "marks seldom jump when it is too late to land on them",
-    "the least distance is ignored": "the way round keeps clear of it; one that moves is excused",
 }
 """Why some are not found."""
 

@@ -292,9 +292,15 @@ class _Author:
         offset = [away_m * math.cos(bearing_rad), away_m * math.sin(bearing_rad), 0.0]
         if rng.random() < 0.1:
             offset[rng.randrange(3)] = rng.choice(_BAD_NUMBERS)
+        start, least = self._place(craft), rng.choice((0.0, 2.0, 4.0))
+        below = random.Random(f"below {self.seed} {craft} {t}")
+        if self.crafts[craft].kind == "copter" and below.random() < 0.25:
+            # A place that would be in the ground, and is moved up towards the target.
+            start = [0.2 * start[0], 0.2 * start[1], below.choice((3.0, 4.5))]
+            velocity, offset, least = [0.0, 0.0, 0.0], [0.5, 0.0, -5.0], 4.0
         self._add(
-            t, craft, "follow", start=self._place(craft), velocity=velocity, offset=offset,
-            least=rng.choice((0.0, 2.0, 4.0)), speed=speed, duration=rng.choice((10.0, 30.0)),
+            t, craft, "follow", start=start, velocity=velocity, offset=offset,
+            least=least, speed=speed, duration=rng.choice((10.0, 30.0)),
             stands_s=rng.choice((0.0, 5.0, 20.0)), lost_s=rng.choice((3.0, 12.0, 99.0)),
             lie=rng.choice(("", "", "", "", "nan", "old", "far")),
             yaw=rng.choice(("TARGET", "TANGENT", "KEEP")),
@@ -303,7 +309,8 @@ class _Author:
     def _mark(self, t: float, craft: int) -> dict[str, Any]:
         """The mark of two landings in three of a copter, without a draw, as `_acts`.
 
-        It may be seen never or only from above; it vanishes, jumps or lies.
+        It may be seen never or only from above, or tell where it is, as a boat does; it vanishes,
+        jumps, perhaps when it is too late to land on it, or lies.
         """
         rng = random.Random(f"mark {self.seed} {craft} {t}")
         if self.crafts[craft].kind != "copter" or rng.random() < 0.33:
@@ -317,6 +324,8 @@ class _Author:
             "fault": rng.choice(("", "", "vanishes", "vanishes", "jumps", "nan", "old", "far")),
             "fault_s": rng.choice((0.0, 2.0, 5.0, 9.0, 14.0)),
             "jump": rng.choice((-3.0, 1.5, 4.0)),
+            "told": rng.random() < 0.3,
+            "jump_below": rng.choice((0.0, 0.6, 0.9)),
         }
 
     def _stations(self, craft: int) -> None:

@@ -160,6 +160,8 @@ def land(
     fault: str = "",
     fault_s: float = 0.0,
     jump: float = 0.0,
+    told: bool = False,
+    jump_below: float = 0.0,
 ) -> None:
     """A Land goal; on a mark, if there is one, east and north of the vehicle."""
     if mark is None:
@@ -168,7 +170,9 @@ def land(
     east, north, _ = ship.truth().position_enu_m
     place = (east + mark[0], north + mark[1], 0.0)
     begins_s = ship.now_s + fault_s
-    ship.beside = LandingMark(ship, place, covered_below, fault, begins_s, jump).turn
+    ship.beside = LandingMark(
+        ship, place, covered_below, fault, begins_s, jump, told, jump_below
+    ).turn
     ship.ask(LandRequest(MARK.topic, required, retries, float(search)))
 
 

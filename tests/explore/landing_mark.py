@@ -32,6 +32,8 @@ class LandingMark:
         fault: what happens to it: "", "vanishes", "jumps", or its samples lie: "nan", "old", "far".
         fault_s: from when on, in simulated time.
         jump_m: how far it jumps, east.
+        is_told: whether it reports where it is, as a boat does, and needs no camera.
+        jumps_below_m: height of the vehicle below which it jumps, once it is time; 0 for any.
     """
 
     ship: Ship
@@ -40,6 +42,9 @@ class LandingMark:
     fault: str
     fault_s: float
     jump_m: float
+    is_told: bool = False
+    jumps_below_m: float = 0.0
+    _is_late: bool = False
     _due_s: float = -math.inf
 
     def turn(self) -> None:
@@ -53,6 +58,9 @@ class LandingMark:
             return
         fault = self.fault if now_s >= self.fault_s else ""
         true_enu_m = self.ship.truth().position_enu_m
+        self._is_late = self._is_late or true_enu_m[2] <= self.jumps_below_m
+        if fault == "jumps" and self.jumps_below_m and not self._is_late:
+            fault = ""
         place = add(self.place_enu_m, (self.jump_m if fault == "jumps" else 0.0, 0.0, 0.0))
         away = subtract(place, true_enu_m)
         if fault == "vanishes" or not self._sees(away):
@@ -69,6 +77,8 @@ class LandingMark:
         feature.offer(MARK, TargetSample(measured_s, position), now_s)
 
     def _sees(self, away_m: Vector3) -> bool:
+        if self.is_told:
+            return True
         height_m = -away_m[2]
         angle_rad = math.atan2(math.hypot(away_m[0], away_m[1]), max(height_m, 1e-3))
         return angle_rad < _HALF_VIEW_RAD and height_m >= self.covered_below_m

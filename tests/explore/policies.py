@@ -827,7 +827,7 @@ def an_approach_within_the_least_distance(truth: Truth, view: View, now_s: float
     away = np.subtract(truth.position_enu_m, target) * (1.0, 1.0, 1.0 if view.copter else 0.0)
     gap_m = float(np.linalg.norm(away))
     least_m = request.least_distance_m - 0.2 - 0.2 * view.gust_m_s
-    if gap_m >= least_m or gap_m < 0.1 or now_s - view.flown.accepted_s < 15.0:
+    if gap_m >= least_m or gap_m < 0.1 or now_s - view.flown.accepted_s < 8.0:
         return False
     return float(np.dot(truth.velocity_enu_m_s, away)) / gap_m < -0.4 - view.gust_m_s
 

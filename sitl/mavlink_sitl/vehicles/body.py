@@ -176,6 +176,8 @@ class VehicleBody:
     def _set_fix(self, fix: bool) -> None:
         physics = self._physics
         physics.gps_fix = physics.with_value(physics.gps_fix, self._lane, fix)
+        if fix:
+            physics.regain_position(self._lane)
 
     def force_voltage(self, voltage_v: float) -> None:
         """Force the pack's voltage until the next call; 0 V returns to the model."""

@@ -18,6 +18,9 @@ from mavlink_sitl.array_ops import Lane, Ops
 from mavlink_sitl.exchange import GpsReading
 from mavlink_sitl.geodesy import LocalFrame
 
+ASTRAY_M = 1.0
+"""An estimate that is farther off than this when a receiver has its fix again jumps to it."""
+
 
 class SensorModel(NamedTuple):
     """The accuracy of the vehicles' estimates."""
@@ -77,14 +80,9 @@ def update(
     keep = math.exp(-step / model.correlation_s)
     kick = model.position_sigma_m * math.sqrt(1.0 - keep * keep)
     walk = model.drift_m_s2 * math.sqrt(step)
-    # No error that the process comes to with a fix; both firmwares reset to the receiver then.
-    far_m = 1.0 + 8.0 * model.position_sigma_m
 
     def axis(value: Lane, rate: Lane, z: Lane, gps_bound: Lane, mean: Lane) -> Lane:
-        # A rate that brings the error in one update to where the process puts it; after a
-        # gap without GPS that is a jump of metres within a fifth of a second.
-        share = o.where(abs(value) > far_m, 1.0, 0.0)
-        share = o.where(abs(mean) > 0.0, 0.2, share)
+        share = o.where(abs(mean) > 0.0, 0.2, 0.0)
         follow = mean * (1.0 - keep) + (mean - value) * share
         bounded = (keep * value + kick * z + follow - value) / step
         return o.where(gps_bound, bounded, rate + walk * z)

@@ -144,6 +144,7 @@ def test_as_flown_by_the_real_px4_it_settles_over_its_target_and_lands_on_it() -
     air.run_until(lambda: not air.armed)
     assert air.now_s - begin_s < 40.0
     assert over(TARGET, air) < 0.3
+    assert air.custom_mode == px4.OFFBOARD, "as before: it cannot be armed in AUTO.PRECLAND"
 
 
 def test_a_px4_that_sees_no_target_searches_and_lands_where_it_is() -> None:

@@ -26,6 +26,7 @@ from tests.support.messages.autopilot_messages import AutopilotMessages
 from tests.support.models.told_vehicle import ToldVehicle
 
 LOITER, TAKEOFF, LAND, RTL = 0x03040000, 0x02040000, 0x06040000, 0x05040000
+PRECLAND = 0x09040000
 OFFBOARD, MISSION, POSCTL = 0x00060000, 0x04040000, 0x00030000
 SET_MODE, NAV_TAKEOFF = mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_NAV_TAKEOFF
 ACCEPTED, REJECTED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_TEMPORARILY_REJECTED
@@ -178,6 +179,14 @@ def test_a_selected_mode_that_cannot_run_is_not_control() -> None:
     assert not px4.vehicle.in_control_mode
     px4.tell(px4.beat(OFFBOARD, False, 3))
     assert px4.vehicle.in_control_mode
+
+
+@pytest.mark.parametrize("mode", [LAND, PRECLAND, RTL])
+def test_the_earlier_mode_after_a_landing_is_no_intervention(mode: int) -> None:
+    """Each is a landing of its own: v1.17 shows AUTO.LOITER with the disarming."""
+    px4 = Px4(mode)
+    events = px4.tell(px4.beat(LOITER, armed=False))
+    assert [e.requested for e in events if isinstance(e, ModeChanged)] == [True]
 
 
 def test_current_mode_shows_a_mode_before_the_heartbeat() -> None:

@@ -44,8 +44,8 @@ REFUSAL_TEXT_S = 1.0
 """The text about a rejected mode comes at most once in this time"""
 NEEDS_STICKS = ("px4_manual", "px4_altitude", "px4_position")
 """Behaviours of modes that somebody has to hold the sticks for"""
-_NOT_RESTORED = (px4.LAND, px4.RTL, px4.TAKEOFF)
-"""Intentions that do not outlive the flight"""
+_NOT_RESTORED = (px4.LAND, px4.ORBIT, px4.PRECLAND, px4.RTL, px4.TAKEOFF)
+"""Intentions that do not outlive the flight: it cannot be armed in them, or takes off"""
 
 
 @dataclass(frozen=True)

@@ -149,10 +149,10 @@ class Consequences:
         if profile is None or not profile.earlier_mode_after_landing:
             return False
         down = not state.armed or state.landed_state is LandedState.ON_GROUND
-        landing = (
-            profile.mode_number(profile.land_mode), profile.mode_number(profile.return_mode)
-        )  # fmt: skip
-        return down and before.custom_mode in landing
+        target = profile.landing_target
+        on_target = None if target is None else target.mode
+        landing = (profile.land_mode, on_target, profile.return_mode)
+        return down and before.custom_mode in map(profile.mode_number, landing)
 
     # Events of the services
 
