@@ -78,6 +78,10 @@ def test_stamped_commands_fly_the_vehicle_during_a_goal_and_stop_with_them(
     steered.wait_for_status(record, "HOLDING")
     teleop.hold("i", 5.0)
     assert record.feedback[-1].current_status == "NAVIGATING"
+    assert record.feedback[-1].ground_speed == pytest.approx(SPEED_M_S, abs=0.2)
+    assert math.isfinite(record.feedback[-1].course)
+    assert record.feedback[-1].climb_rate == pytest.approx(0.0, abs=0.2)
+    assert record.feedback[-1].limited_by == ""
     flown_m = math.dist(watch.place, before)
     assert 1.0 < flown_m < 1.3 * SPEED_M_S * 6.0
     steered.wait_for_status(record, "HOLDING")  # silence

@@ -16,7 +16,7 @@ from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Wait
 from navigation_core.tasks.observation import Observation, VehicleMode
 from navigation_core.tasks.phased_task import Answer
-from navigation_core.tasks.phases import BEFORE_FLIGHT, STATUS, STOPPING, Phase
+from navigation_core.tasks.phases import BEFORE_FLIGHT, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traffic.traffic_view import TrafficView
 from navigation_core.tasks.traits import Traits
@@ -106,14 +106,12 @@ class FlyPlane(SentPlane):
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress of the whole route."""
         position = observation.position_enu_m or self._last_enu_m
-        status, route = STATUS[self._phase], self._route.progress()
+        status, route = super().progress(observation, now).status, self._route.progress()
         if position is None or self._phase is Phase.ENDED:
             return Progress(status, 0.0, 0.0, route)
         self._last_enu_m = position
         if self._phase in STOPPING:
             return Progress(status, 0.0, 1.0, route)
-        if self._phase is Phase.PAUSED and not self._pause_asked:
-            status = Status.HOLDING  # the position is in doubt
         if self._phase is Phase.SETTLING and self._route.current.hold_time_s > 0.0:
             status = Status.HOLDING
         measured_m_s = measured_speed(observation) or 0.0

@@ -17,7 +17,8 @@ from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Outcome, Perform, StopFirst, Wait
 from navigation_core.tasks.observation import Observation, TaskOperation
 from navigation_core.tasks.phased_task import Answer, PhasedTask
-from navigation_core.tasks.phases import PLANE, Phase
+from navigation_core.tasks.phases import PLANE, STATUS, Phase
+from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.watching.leg_speed import LegSpeed
 from navigation_core.tasks.watching.plane_destination import PlaneDestination
@@ -54,6 +55,13 @@ class SentPlane(PhasedTask):
         self._destination.forget()
         if self._phase in IN_FLIGHT:
             self._go(Phase.NAVIGATING, now)
+
+    def progress(self, observation: Observation, now: float) -> Progress:
+        """Return the status of the phase, without a distance and a time."""
+        status = STATUS[self._phase]
+        if self._phase is Phase.PAUSED and not self._pause_asked:
+            status = Status.HOLDING  # the position is in doubt
+        return Progress(status, 0.0, 0.0)
 
     # --- what ends it ------------------------------------------------------------------
 
