@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.act_queue import time_for
 from navigation_core.tasks.conditions import (
     Dwell,
     located,
     measured_speed,
 )
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.intents import Wait
+from navigation_core.tasks.intents import Outcome, Wait
 from navigation_core.tasks.observation import Observation, VehicleMode
 from navigation_core.tasks.phased_task import Answer
 from navigation_core.tasks.phases import BEFORE_FLIGHT, STOPPING, Phase
@@ -68,6 +69,7 @@ class FlyPlane(SentPlane):
         self._circling = Circling(self._circle_size_m)
         self._circled = Dwell(config.arrival_dwell_s)
         self._nearest_m, self._nearest_s = float("inf"), 0.0
+        self._acts_of: int | None = None  # the waypoint whose acts have begun
         self._handlers = {
             Phase.PREPARING: self._prepare,
             Phase.ARMING: self._arm,
@@ -112,7 +114,7 @@ class FlyPlane(SentPlane):
         self._last_enu_m = position
         if self._phase in STOPPING:
             return Progress(status, 0.0, 1.0, route)
-        if self._phase is Phase.SETTLING and self._route.current.hold_time_s > 0.0:
+        if self._phase is Phase.SETTLING and self._route.current.stay_s > 0.0:
             status = Status.HOLDING
         measured_m_s = measured_speed(observation) or 0.0
         is_flying = self._phase in IN_FLIGHT
@@ -123,7 +125,7 @@ class FlyPlane(SentPlane):
         if blocked and status is not Status.PAUSED:
             status = Status.WAITING_FOR_TRAFFIC
         if self._phase is Phase.SETTLING:
-            time_s -= min(now - self._phase_since_s, self._route.current.hold_time_s)
+            time_s -= min(now - self._phase_since_s, self._route.current.stay_s)
         if self._phase in BEFORE_FLIGHT and not observation.airborne:
             climb_m = max(self._takeoff_height_m - (position[2] - observation.ground_enu_m), 0.0)
             time_s += climb_m / _CLIMB_M_S + _RUN_UP_S
@@ -139,6 +141,17 @@ class FlyPlane(SentPlane):
         self._nearest_s = now
         self._nearest_m = float("inf")
         self._circled.reset()
+
+    def _check(self, observation: Observation, now: float) -> Answer:
+        """Look for what ends every flight, and do the acts of waypoints."""
+        answer = super()._check(observation, now)
+        if answer is not None or self._phase not in (Phase.NAVIGATING, Phase.SETTLING):
+            return answer
+        return self._acts.step(observation, now)
+
+    def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
+        self._acts.give_up()
+        return super()._stop(ending, observation, now)
 
     def _prepare(self, observation: Observation, now: float) -> Answer:
         rejection = self._departure.check(observation)
@@ -173,6 +186,7 @@ class FlyPlane(SentPlane):
             return Wait()
         position = known.state.position_enu_m
         if self._route.passed(position, known.state.velocity_enu_m_s):
+            self._begin_acts(position)
             return self._next(observation, now)
         on_circle = self._circling.watch(position, target) and not self._giving_way.evades
         if self._route.stops and on_circle:
@@ -207,7 +221,8 @@ class FlyPlane(SentPlane):
             return Phase.NAVIGATING
         if answer is not None:
             return answer
-        if now - self._phase_since_s > _STUCK_AFTER_S + waypoint.hold_time_s:
+        acts_s = time_for(waypoint.acts)
+        if now - self._phase_since_s > _STUCK_AFTER_S + waypoint.hold_time_s + acts_s:
             text = "The vehicle did not stay on its circle around the target."
             return self._over(OutcomeCode.TIMEOUT, text, observation)
         known = located(observation, self._config.position_stale_s)
@@ -219,7 +234,15 @@ class FlyPlane(SentPlane):
         settled = self._circled.holds(on_circle, now - observation.position_age_s)
         if not settled or now - self._phase_since_s < waypoint.hold_time_s:
             return Wait()
-        return self._next(observation, now)
+        self._begin_acts(here.position_enu_m)
+        return Wait() if self._acts.is_busy else self._next(observation, now)
+
+    def _begin_acts(self, position_enu_m: Vector3) -> None:
+        """Begin the acts of the current waypoint, once; it is passed, or circled."""
+        if self._acts_of != self._route.done:
+            self._acts_of = self._route.done
+            reached = self._route.is_within(position_enu_m)
+            self._acts.add(self._route.number, self._route.current.acts, reached=reached)
 
     def _next(self, observation: Observation, now: float) -> Answer:
         """Advance to the next waypoint, or end on the circle about the last."""
@@ -232,6 +255,8 @@ class FlyPlane(SentPlane):
                 f"Flew {self._route.done} of {self._route.total} waypoints, those without a hold "
                 f"time within {self._route.pass_radius_m:.0f} m; the plane circles the last"
             )
+        if self._acts.failed:
+            text += f". Not done: {', '.join(self._acts.failed)}"
         return self._over(OutcomeCode.SUCCESS, f"{text}.", observation)
 
     def _error_m(self, observation: Observation) -> float | None:
