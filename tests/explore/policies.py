@@ -1460,7 +1460,9 @@ def recordings_are_true(ends: dict[str, tuple[str, str]], view: View, now_s: flo
 
 @always(output(LogLine), OURS)
 def log_lines_are_sentences(line: LogLine, view: View, now_s: float) -> bool:
-    """No log line is empty, a traceback, or shows None or nan."""
+    """No log line is empty, a traceback, or shows None or nan, but that of a command."""
+    if line.text.startswith("A velocity command cannot be used: "):
+        return True
     words = line.text.replace(".", " ").replace(",", " ").split()
     return bool(words) and not {"Traceback", "None", "nan"} & set(words)
 

@@ -39,7 +39,8 @@ _AHEAD_CIRCLES, _AHEAD_S = 3.0, 2.5
 _COURSE_LEAST_M_S = 3.0
 # A course that is turned by commands leads the plane by this much at most.
 _LEAD_MAX_RAD = math.radians(60.0)
-# So far off its course it turns, and so fast it climbs, for the status.
+# For the status: it turns while it is off its course by more than the first, and climbs faster than
+# the second.
 _TURNS_RAD, _CLIMBS_M_S = math.radians(10.0), 0.2
 # A height that is changed by commands leads the plane by its rate for this time, and a little more:
 # both firmwares climb by the error over 3 to 5 s (ArduPlane's TECS, PX4's FW_T_ALT_TC).
