@@ -238,6 +238,8 @@ class _Author:
         speed = rng.choice((0.0, 0.0, 0.5, 2.0, 6.0)) if self.crafts[craft].kind != "plane" else 0.0
         if draw < 0.06:
             self._ask_round(t, craft, speed, avoid)
+        elif draw < 0.09 and self.crafts[craft].kind == "plane":
+            self._steer_plane(t, craft)
         elif draw < 0.09:
             self._ask_beside(t, craft, speed)
         elif draw < 0.45:
@@ -304,6 +306,21 @@ class _Author:
             stands_s=rng.choice((0.0, 5.0, 20.0)), lost_s=rng.choice((3.0, 12.0, 99.0)),
             lie=rng.choice(("", "", "", "", "nan", "old", "far")),
             yaw=rng.choice(("TARGET", "TANGENT", "KEEP")),
+        )  # fmt: skip
+
+    def _steer_plane(self, t: float, craft: int) -> None:
+        """A course, a climb and an airspeed, also such as no plane flies."""
+        rng = self.rng
+        course_rad, speed = rng.uniform(-math.pi, math.pi), rng.choice((18.0, 20.0, 20.0, 25.0))
+        linear = [speed * math.cos(course_rad), speed * math.sin(course_rad), rng.uniform(-4, 4)]
+        frame = rng.choice(("map", "map", "base_link"))
+        if frame == "base_link":
+            linear = [rng.choice((20.0, 20.0, 3.0, -20.0)), 0.0, linear[2]]
+        if rng.random() < 0.1:
+            linear[rng.randrange(3)] = rng.choice(_BAD_NUMBERS)
+        self._add(
+            t, craft, "steer", linear=linear, rate=rng.choice((0.0, 0.0, 0.1, -0.4)),
+            seconds=rng.choice((10.0, 40.0, 120.0)), frame=frame,
         )  # fmt: skip
 
     def _mark(self, t: float, craft: int) -> dict[str, Any]:

@@ -25,12 +25,15 @@ from navigation_bridge.goals.requests import (
     OrbitYaw,
     ReturnRequest,
     TakeoffRequest,
+    VelocityRequest,
     WaypointRequest,
     WaypointsRequest,
 )
+from navigation_core.tasks.inputs.velocity_command import VelocityFrame
 from tests.explore.exploration import Ship
 from tests.explore.landing_mark import MARK, LandingMark
 from tests.explore.moving_target import SOURCE, MovingTarget
+from tests.explore.stick import Stick
 
 _FACING_AHEAD = (0.0, 0.0, 0.0, 0.0)
 
@@ -143,6 +146,14 @@ def follow(
             SOURCE, (a, b, c), OffsetFrame.MAP, least, speed, duration, 5.0, FollowYaw[yaw]
         )
     )
+
+
+def steer(ship: Ship, linear: list[float], rate: float, seconds: float, frame: str = "map") -> None:
+    """A FollowVelocity goal, and its commands for a while; the numbers may be anything."""
+    x, y, z = (float(v) for v in linear)
+    stick = Stick(ship, VelocityFrame(frame), (x, y, z), float(rate), ship.now_s + seconds)
+    ship.beside = stick.turn
+    ship.ask(VelocityRequest())
 
 
 def takeoff(ship: Ship, height: float = 0.0) -> None:
@@ -414,7 +425,20 @@ def noise(ship: Ship, seed: int, count: int) -> None:
 ACTIONS: dict[str, Action] = {
     action.__name__: action
     for action in (
-        *(navigate, route, orbit, follow, takeoff, land, go_home, cancel, pause, resume, serve),
+        *(
+            navigate,
+            route,
+            orbit,
+            follow,
+            steer,
+            takeoff,
+            land,
+            go_home,
+            cancel,
+            pause,
+            resume,
+            serve,
+        ),
         *(station_mode, station_pause, station_arm, station_clear, station_current),
         *(station_upload, station_goto, station_param, station_home, pilot_mode, pilot_throttle),
         *(link, silence, full, stuck, blind, gps, glitch, battery, radio, wind, reboot),

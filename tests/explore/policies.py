@@ -62,6 +62,8 @@ _ANSWER_S = 4.0
 # On a good link, knowledge of a vehicle is at most this old.
 _REPORTED_S = 0.5
 _HULL_M = 0.5
+# Of latitude; and the radius of a plane's circle, which it flies twice as wide at most.
+_DEGREE_M, _PLANE_CIRCLE_M = 111_200.0, 60.0
 # A target that is lost is looked for above 1 m; below, the vehicle lands, and stands for a while.
 _UNSEEN_S = 11.0
 _CONTROL = {"ardupilot": "GUIDED", "px4": "OFFBOARD"}
@@ -1062,6 +1064,21 @@ def setpoints_are_on_the_line(message: Message, view: View, now_s: float) -> boo
     return _from_line_m(begun, target[:2], place) < aside_m or not view.calm(now_s, 60.0)
 
 
+@always(_command(mavlink.MAV_CMD_DO_REPOSITION), "docs/velocity.md, Planes")
+def a_course_stays_in_the_volume(message: Message, view: View, now_s: float) -> bool:
+    """A plane that follows commands is sent to places whose circle is in the flight volume."""
+    if message.get_type() != "COMMAND_INT" or not isinstance(view.flown.request, VelocityRequest):
+        return True
+    latitude, longitude, _ = view.craft.home
+    north_m = (message.x / 1e7 - latitude) * _DEGREE_M
+    off_deg = math.remainder(message.y / 1e7 - longitude, 360.0)
+    east_m = off_deg * _DEGREE_M * math.cos(math.radians(latitude))
+    inside_m = view.config.bridge.volume.radius_max_m - _PLANE_CIRCLE_M
+    # Outside, it circles where it is until a command leads back.
+    outside = math.hypot(*view.truth.position_enu_m[:2]) > inside_m - _PLANE_CIRCLE_M
+    return outside or math.hypot(north_m, east_m) <= inside_m
+
+
 @always(_SETPOINTS, "MAVLink routing")
 def setpoints_are_addressed(message: Message, view: View, now_s: float) -> bool:
     """They go to one vehicle, not to all."""
@@ -1443,7 +1460,9 @@ def recordings_are_true(ends: dict[str, tuple[str, str]], view: View, now_s: flo
 
 @always(output(LogLine), OURS)
 def log_lines_are_sentences(line: LogLine, view: View, now_s: float) -> bool:
-    """No log line is empty, a traceback, or shows None or nan."""
+    """No log line is empty, a traceback, or shows None or nan, but that of a command."""
+    if line.text.startswith("A velocity command cannot be used: "):
+        return True
     words = line.text.replace(".", " ").replace(",", " ").split()
     return bool(words) and not {"Traceback", "None", "nan"} & set(words)
 
@@ -1516,6 +1535,7 @@ ON_TRIAL = frozenset(
         *("a_success_without_the_target", "an_approach_within_the_least_distance"),
         *("a_landing_beside_the_mark", "a_touchdown_without_the_mark"),
         *("the_lateral_error_is_true", "a_route_turns_at_its_rate"),
+        *("a_course_stays_in_the_volume",),
     }
 )
 """New or changed: their violations are reported, but fail nothing until they have judged a thousand

@@ -6,6 +6,10 @@ import math
 
 import pytest
 
+from navigation_bridge.goals.requests import VelocityRequest
+from navigation_bridge.tasks.velocity_commands import VelocityCommands
+from navigation_core.tasks.inputs.velocity_command import VelocityCommand, VelocityFrame
+from navigation_core.tasks.traffic.volumes import Separation
 from tests.fleets.encounters import Intruder, adsb, apart, hear
 from tests.fleets.plane_encounters import (
     GOAL_ENU_M,
@@ -134,3 +138,43 @@ def test_a_plane_keeps_apart_wherever_it_can(seed: int) -> None:
     flown = meet_plane(autopilot, random_plane_encounter(seed))
     assert flown.share >= 1.0, flown.brief
     assert flown.code in ("SUCCESS", "TRAFFIC")
+
+
+@pytest.mark.wide
+@pytest.mark.parametrize("course_deg", [180.0, 90.0, 0.0])
+def test_a_plane_that_follows_a_course_gives_way_and_follows_it_again(course_deg: float) -> None:
+    fleet = fly_up("ardupilot")
+    (craft,) = fleet.crafts
+    assert isinstance(fleet.send(craft, VelocityRequest(22.0)), str)
+    begun_s, meets_s, least, kept = fleet.now, 30.0, math.inf, Separation()
+    intruder = Intruder(90.0 + course_deg, 20.0, meets_s)
+    meeting: list[tuple[float, float, float]] = []
+
+    def watch(now: float) -> None:
+        nonlocal least
+        time_s = now - begun_s
+        tick = round(time_s / 0.02)
+        if tick % 5 == 0:
+            command = VelocityCommand(now, VelocityFrame.MAP, (20.0, 0.0, 0.0))
+            craft.bridge.feature(VelocityCommands).follow(command, "0" * 32, now)
+        north, east, down = map(float, fleet.simulation.positions_ned_m[0])
+        if time_s < 12.0:
+            return
+        if not meeting:
+            # Where it would be on its course, by its speed.
+            speed_m_s = float(fleet.simulation.truth.velocity_ned_m_s[0][1])
+            meeting.append((east + speed_m_s * (meets_s - time_s), north, -down))
+        place, velocity = intruder.at(meeting[0], time_s)
+        level_m, upright_m = math.dist(place[:2], (east, north)), abs(place[2] + down)
+        least = min(least, max(level_m / kept.horizontal_m, upright_m / kept.vertical_m))
+        if tick % 50 == 0:
+            hear(fleet, adsb(fleet, place, velocity))
+
+    fleet.on_tick = watch
+    fleet.run_for(60.0)
+    fleet.on_tick = None
+    assert least >= 1.0
+    assert "WAITING_FOR_TRAFFIC" in craft.statuses()
+    assert craft.statuses()[-1] == "NAVIGATING"
+    north_m_s, east_m_s, _ = map(float, fleet.simulation.truth.velocity_ned_m_s[0])
+    assert math.degrees(math.atan2(north_m_s, east_m_s)) == pytest.approx(0.0, abs=5.0)

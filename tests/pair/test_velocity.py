@@ -419,12 +419,10 @@ def test_garbage_stops_the_vehicle_at_once_and_is_reported() -> None:
     [
         ("copter", OutcomeCode.NOT_FLYING, "take off first"),
         ("rover", OutcomeCode.NOT_FLYING, "arm it first"),
-        ("plane", OutcomeCode.UNSUPPORTED_VEHICLE, "cannot follow velocity commands"),
+        ("plane", OutcomeCode.NOT_FLYING, "take off first"),
     ],
 )
-def test_what_stands_and_what_cannot_hover_is_rejected(
-    kind: str, code: OutcomeCode, words: str
-) -> None:
+def test_what_stands_is_rejected(kind: str, code: OutcomeCode, words: str) -> None:
     vehicle = VehicleConfig(vehicle=kind, ready_after_s=1.0)
     flight = SimulatedFlight(simulated=vehicle, arming="auto").ready()
     rejection = flight.check(VelocityRequest())

@@ -22,6 +22,7 @@ from tests.support.flights.simulated_flight import SimulatedFlight
 NEAR, FAR = (10.0, 0.0, 3.0), (10.0, 10.0, 3.0)
 SERVO = ActRequest(ActKind.SERVO, channel=9, pulse_us=1200)
 WAIT = ActRequest(ActKind.WAIT, duration_s=4.0)
+SET_SERVO = mavlink.MAV_CMD_DO_SET_SERVO
 IN_USE = ActRequest(ActKind.SERVO, channel=1, pulse_us=1200)
 
 
@@ -153,3 +154,55 @@ def test_an_arducopter_points_shoots_and_grips_on_its_route(by_mission: bool) ->
     assert (payload.pitch_deg, payload.yaw_deg) == pytest.approx((-90.0, 45.0))
     assert payload.gripped is True
     assert 4 <= payload.photos <= 5, "one at once, one each 3 m of 10 m, one at the end"
+
+
+def plane_flight() -> SimulatedFlight:
+    simulated = VehicleConfig(vehicle="plane", ready_after_s=1.0)
+    return SimulatedFlight(simulated=simulated, volume_radius_m=2000.0).ready()
+
+
+def plane_route(flight: SimulatedFlight, radius_m: float) -> tuple[GoalFinished, float]:
+    """Fly a plane past a waypoint and to a last one; returns the end, and the time that it held."""
+    later = ActRequest(ActKind.SERVO, channel=9, pulse_us=1800)
+    last = ActRequest(ActKind.SERVO, channel=10, pulse_us=1500)
+    waypoints = (
+        WaypointRequest((300.0, 0.0, 60.0), acceptance_radius_m=radius_m, acts=(SERVO,)),
+        WaypointRequest((300.0, 400.0, 60.0), acceptance_radius_m=150.0, acts=(last, WAIT, later)),
+    )
+    goal_id, held_s = flight.start(WaypointsRequest(waypoints)), 0.0
+    while not flight.ends(goal_id):
+        flight.run_for(0.5)
+        held_s += 0.5 * (flight.status(goal_id) == "HOLDING")
+    return flight.ends(goal_id)[0], held_s
+
+
+def test_a_plane_does_acts_as_it_passes_and_as_it_circles() -> None:
+    flight = plane_flight()
+    end, held_s = plane_route(flight, 150.0)
+    assert end.code is OutcomeCode.SUCCESS, end.message
+    assert "Not done" not in end.message
+    assert servos_us(flight) == {9: 1800, 10: 1500}
+    assert held_s >= 3.5
+    sent = [m.param2 for _, m in flight.sent if getattr(m, "command", 0) == SET_SERVO]
+    assert list(dict.fromkeys(sent)) == [1200.0, 1500.0, 1800.0]
+
+
+def test_a_plane_drops_nothing_outside_the_radius_of_a_waypoint() -> None:
+    flight = plane_flight()
+    end, _ = plane_route(flight, 5.0)
+    assert end.code is OutcomeCode.SUCCESS, end.message
+    assert "Not done: SERVO at waypoint 1." in end.message
+
+
+def test_a_plane_that_does_not_do_a_required_act_circles_and_the_goal_ends() -> None:
+    flight = plane_flight()
+    required = ActRequest(ActKind.SERVO, True, channel=1, pulse_us=1200)
+    waypoints = (
+        WaypointRequest((300.0, 0.0, 60.0), acceptance_radius_m=150.0, acts=(required,)),
+        WaypointRequest((900.0, 0.0, 60.0)),
+    )
+    end = flight.run_to_end(flight.start(WaypointsRequest(waypoints)))
+    assert end.code is OutcomeCode.ACT_FAILED, end.message
+    assert "circles where it was" in end.message
+    flight.run_for(40.0)
+    assert flight.truth()[0][0] < 700.0

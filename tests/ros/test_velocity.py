@@ -78,6 +78,10 @@ def test_stamped_commands_fly_the_vehicle_during_a_goal_and_stop_with_them(
     steered.wait_for_status(record, "HOLDING")
     teleop.hold("i", 5.0)
     assert record.feedback[-1].current_status == "NAVIGATING"
+    assert record.feedback[-1].ground_speed == pytest.approx(SPEED_M_S, abs=0.2)
+    assert math.isfinite(record.feedback[-1].course)
+    assert record.feedback[-1].climb_rate == pytest.approx(0.0, abs=0.2)
+    assert record.feedback[-1].limited_by == ""
     flown_m = math.dist(watch.place, before)
     assert 1.0 < flown_m < 1.3 * SPEED_M_S * 6.0
     steered.wait_for_status(record, "HOLDING")  # silence
@@ -153,3 +157,35 @@ def test_a_key_starts_a_goal_where_that_is_allowed_and_a_server_that_stops_stops
 
 def started(watch: Watch) -> list[GoalEvent]:
     return [event for event in watch.events if event.event == "ACCEPTED"]
+
+
+def test_a_plane_flies_a_course_and_a_climb_and_reports_both(tmp_path: Path) -> None:
+    settings = ("-p", "volume_radius_m:=3000.0", "-p", "speed_up_m_s:=3.0")
+    flight = Flight(tmp_path, "--ros-args", *settings, "--", simulator=("--vehicle", "plane"))
+    try:
+        result = flight.wait_for_result(flight.send(Takeoff.Goal(height=50.0)), 120.0)
+        assert result.success, result.message
+        teleop = Teleop(flight, stamped=True)
+        record = flight.send(FollowVelocity.Goal(max_speed=20.0))
+        assert record.accepted
+        flight.wait_for_status(record, "HOLDING")
+        twist = Twist()
+        twist.linear.y, twist.linear.z = 20.0, 2.0
+        for _ in range(150):
+            teleop.publish(twist, frame_id="map")
+            flight.spin_for(0.1)
+        last = record.feedback[-1]
+        assert last.current_status == "CLIMBING"
+        assert last.course == pytest.approx(0.5 * math.pi, abs=0.1)
+        assert last.climb_rate == pytest.approx(2.0, abs=0.6)
+        assert last.limited_by == ""
+        twist.linear.y = 3.0
+        for _ in range(15):
+            teleop.publish(twist, frame_id="map")
+            flight.spin_for(0.1)
+        assert record.feedback[-1].current_status == "BLOCKED"
+        assert "the least airspeed of this plane" in record.feedback[-1].limited_by
+        flight.cancel(record)
+        assert flight.wait_for_result(record).error_code == GoalCode.CANCELED
+    finally:
+        flight.close()

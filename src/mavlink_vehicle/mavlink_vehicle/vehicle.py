@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import OperationKind
@@ -182,6 +183,7 @@ class Vehicle(VehicleCore):
         altitude_amsl_m: float,
         now: float,
         radius_m: float | None = None,
+        keeps_mode: bool = False,
     ) -> int:
         """Send it to a place, which a plane then circles; returns the operation's id.
 
@@ -191,6 +193,7 @@ class Vehicle(VehicleCore):
             altitude_amsl_m: above mean sea level.
             now: time in seconds.
             radius_m: of the circle, negative against the clock; None for the vehicle's usual one.
+            keeps_mode: whether it is rejected in another mode, where the profile permits that.
         """
         profile, kind = self.profile, OperationKind.REPOSITION
         if profile is None:
@@ -203,6 +206,8 @@ class Vehicle(VehicleCore):
         usual_m = next((values[name] for name in profile.circle_parameters if name in values), 0.0)
         goal = reposition_goal(place, radius_m, self.state, profile, usual_m)
         timing = OperationTiming(self.config.operation_timeout_s)
+        if keeps_mode and profile.reposition_keeps_mode:
+            return self.operations.begin(replace(goal, keeps_mode=True), Wanted(), timing, now)
         return self.operations.begin(goal, Wanted(mode=goal.custom_mode), timing, now)
 
     def change_speed(self, speed_m_s: float, now: float) -> int:

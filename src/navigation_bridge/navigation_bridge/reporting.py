@@ -150,6 +150,8 @@ class Reporter:
                 follow=progress.follow,
                 replans=progress.replans,
                 late_s=snapshot.late_s,
+                velocity_enu_m_s=snapshot.velocity_enu_m_s,
+                limited_by=progress.blocked,
                 action=goal.kind,
             )
         )

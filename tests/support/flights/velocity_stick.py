@@ -9,7 +9,7 @@ from mavlink_sitl import VehicleConfig, World
 from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.goals.goal import GoalFinished
-from navigation_bridge.goals.requests import VelocityRequest
+from navigation_bridge.goals.requests import TakeoffRequest, VelocityRequest
 from navigation_bridge.tasks.velocity_commands import VelocityCommands
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.inputs.velocity_command import VelocityCommand, VelocityFrame
@@ -32,7 +32,7 @@ class SteeredFlight(SimulatedFlight):
         vehicle_parameters: dict[str, float] | None = None,
         **parameters: ParameterValue,
     ) -> None:
-        """Start, and bring a copter into the air, or arm what drives."""
+        """Start, and bring what flies into the air, or arm what drives."""
         vehicle = VehicleConfig(
             vehicle=kind,
             autopilot=autopilot,
@@ -45,6 +45,9 @@ class SteeredFlight(SimulatedFlight):
         if kind == "copter":
             self.fly_up()
             self.run_for(1.0)
+        elif kind == "plane":
+            self.start(TakeoffRequest(50.0))
+            self.run_until(lambda: self.truth()[0][2] > 45.0)
         else:
             assert self.serve(Service.ARM).success
         self.started = ""

@@ -21,13 +21,13 @@ from navigation_core.tasks.phases import (
 )
 from navigation_core.tasks.steering.steered_task import SteeredTask
 from navigation_core.tasks.watching.mission import FlyMission
-from navigation_core.tasks.watching.plane import FlyPlane
+from navigation_core.tasks.watching.sent_plane import SentPlane
 from navigation_core.tasks.watching.vehicle_led import VehicleLed
 
 TASKS: dict[type[PhasedTask], Table] = {
     SetpointFlight: FLIGHT,
     FlyMission: MISSION,
-    FlyPlane: PLANE,
+    SentPlane: PLANE,
     VehicleLed: LED,
     SteeredTask: VELOCITY,
 }

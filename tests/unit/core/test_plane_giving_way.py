@@ -12,7 +12,10 @@ import pytest
 from navigation_core.mapping.obstacle_shapes import Cylinder
 from navigation_core.mapping.obstacles import Obstacles
 from navigation_core.safety.fences import CircleArea, Fence
+from navigation_core.safety.speed_at_bounds import Bounds
+from navigation_core.safety.target_checks import FlightVolume
 from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.inputs.velocity_command import VelocityCommand, VelocityFrame
 from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
 from navigation_core.tasks.observation import (
     Observation,
@@ -22,6 +25,7 @@ from navigation_core.tasks.observation import (
     VehicleMode,
 )
 from navigation_core.tasks.progress import Status
+from navigation_core.tasks.steering.plane_course import CourseTerms, FlyPlaneCourse
 from navigation_core.tasks.traffic.intruders import Intruder
 from navigation_core.tasks.traffic.reservations import TrafficReservations
 from navigation_core.tasks.traffic.traffic_view import TrafficFrame, TrafficView
@@ -186,3 +190,30 @@ def test_a_plane_that_circles_to_the_left_is_expected_there() -> None:
         plane = FlyPlane(route, GotoConfig(may_arm=True), traits, 40.0)
         place = sent_to(plane.step(seen(view(left), place=here), 0.0))
         assert (place != GOAL) is circles_left
+
+
+def test_one_that_follows_a_course_gives_way_and_is_sent_on_behind_it() -> None:
+    traits = replace(PLANE, airspeed_min_m_s=10.0, airspeed_max_m_s=25.0)
+    bounds = Bounds(FlightVolume(9000.0, 25.0, 120.0), 2.0)
+    near = replace(HEAD_ON, position_m=np.array([260.0, 0.0, 60.0]))
+    plane, traffic = (
+        FlyPlaneCourse(CourseTerms(GotoConfig(), traits, bounds, 0.5, 20.0)),
+        view(near),
+    )
+    east = (0.0, 0.0, 60.0)
+
+    def at(now: float, status: OperationStatus | None = None) -> Observation:
+        told = VelocityCommand(now, VelocityFrame.MAP, (15.0, 0.0, 0.0))
+        return seen(traffic, status, place=(15.0 * now, 0.0, 60.0), command=told)
+
+    plane.start(at(0.0), 0.0)
+    x, y, z = sent_to(plane.step(at(0.0), 0.0))
+    assert (x, y, z) != (x, *east[1:])
+    assert plane.progress(at(0.0), 0.0).status is Status.WAITING_FOR_TRAFFIC
+    asks = plane.step(at(0.1, OperationStatus.ACHIEVED), 0.1)
+    assert isinstance(asks, Perform)
+    assert (asks.kind, asks.speed_m_s) == (TaskOperation.CHANGE_SPEED, 15.0)
+    traffic.reservations.forget("X")
+    ahead = sent_to(plane.step(at(1.5, OperationStatus.ACHIEVED), 1.5))
+    assert ahead[1:] == pytest.approx(east[1:])
+    assert plane.progress(at(1.5), 1.5).status is Status.NAVIGATING

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pytest
@@ -141,3 +142,30 @@ def test_from_the_very_centre_of_a_zone_that_is_closed_every_direction_leads_out
     fence = Fence((CircleArea((0.0, 0.0), 5.0, inclusion=False),))
     told = room(fence).reduced((1.0, 1.0, 0.0), (0.0, 0.0, 10.0), 0.0, BRAKING)
     assert told == pytest.approx((1.0, 1.0, 0.0))
+
+
+@pytest.mark.parametrize("name", FENCES)
+@given(
+    st.floats(-110.0, 110.0), st.floats(-110.0, 110.0), st.floats(-math.pi, math.pi),
+    st.floats(1.0, 150.0), st.floats(0.0, 20.0),
+)  # fmt: skip
+def test_the_farthest_point_ahead_has_room_and_no_bound_before_it(
+    name: str, x: float, y: float, angle: float, length_m: float, inset_m: float
+) -> None:
+    bounds, way = room(FENCES[name]), (math.cos(angle), math.sin(angle))
+
+    def room_m(along_m: float) -> float:
+        return bounds.room_m((x + along_m * way[0], y + along_m * way[1]))
+
+    found_m = bounds.farthest_m((x, y), way, length_m, inset_m)
+    along = [length_m * step / 300 for step in range(301)]
+    if found_m is None:
+        # A point with room for its surroundings, too, is not missed from inside.
+        inside = itertools.takewhile(lambda along_m: room_m(along_m) >= 0.0, along)
+        assert all(room_m(along_m) < inset_m + 1.0 for along_m in inside)
+        return
+    assert 0.0 <= found_m <= length_m
+    assert room_m(found_m) >= inset_m
+    if room_m(0.0) >= 1.0:
+        before = [along_m for along_m in along if along_m <= found_m]
+        assert min(map(room_m, before)) >= -1.0

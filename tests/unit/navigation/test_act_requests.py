@@ -114,7 +114,6 @@ def test_ten_thousand_acts_at_a_waypoint_are_rejected() -> None:
         (px4.COPTER, EACH[6], False, "PX4 multicopter has 4 outputs"),
         (px4.COPTER, replace(EACH[6], channel=2), True, "by setpoints only"),
         (px4.COPTER, EACH[0], True, "required is for setpoints"),
-        (px4.PLANE, EACH[1], False, "a plane does acts in missions only"),
         (ardupilot.PLANE, EACH[1], True, ""),
     ],
 )

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
 
 from mavlink_vehicle.codec import Codec, make
-from mavlink_vehicle.protocols.streams.remote_id import RemoteId, TransponderStatus
+from mavlink_vehicle.protocols.streams.remote_id import (
+    OperatorFix,
+    RemoteId,
+    TransponderStatus,
+    fix_fault,
+)
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.configuration.parameter_values import ConfigurationError
@@ -68,6 +74,24 @@ def test_a_transponder_reports_what_it_lacks_until_it_is_ready() -> None:
     assert vehicle.remote_id.status == TransponderStatus("missing operator location", 3.0)
     from_transponder(vehicle, 4.0, 0)
     assert vehicle.remote_id.status == TransponderStatus("", 4.0)
+
+
+def test_a_measured_position_of_the_operator_is_sent_instead_of_the_fixed_one() -> None:
+    vehicle = connected()
+    assert sent(vehicle, IDENTITY)["SYSTEM"].operator_location_type == 2, "fixed"
+    vehicle.remote_id.operator = OperatorFix(-35.25, 149.125, 602.5, 7.0)
+    system = sent(vehicle, IDENTITY)["SYSTEM"]
+    assert system.operator_location_type == 1, "live"
+    assert (system.operator_latitude, system.operator_longitude) == (-352500000, 1491250000)
+    assert system.operator_altitude_geo == 602.5
+    vehicle.remote_id.operator = OperatorFix(-35.25, 149.125, math.nan, 8.0)
+    assert sent(vehicle, RemoteId("1ABCD"))["SYSTEM"].operator_altitude_geo == -1000.0, "unknown"
+
+
+@pytest.mark.parametrize("place", [(math.nan, 1.0), (91.0, 1.0), (1.0, math.inf), (1.0, -181.0)])
+def test_a_fix_that_is_no_position_has_a_sentence(place: tuple[float, float]) -> None:
+    assert fix_fault(*place).endswith("is no position.")
+    assert fix_fault(47.0, -8.0) == ""
 
 
 def test_the_parameters_make_the_identity() -> None:

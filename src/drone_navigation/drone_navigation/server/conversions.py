@@ -53,6 +53,8 @@ _REFERENCES = {
     Waypoint.FRAME_GEODETIC_ABOVE_HOME: AltitudeReference.HOME,
     Waypoint.FRAME_GEODETIC_ABOVE_GROUND: AltitudeReference.GROUND,
 }
+# Slower than this a vehicle has no course: the velocity is noise.
+_COURSE_LEAST_M_S = 0.3
 _GRABS = {WaypointAct.GRIPPER_RELEASE: False, WaypointAct.GRIPPER_GRAB: True}
 
 
@@ -236,10 +238,16 @@ def _feedback_to_end(feedback: GoalFeedback) -> dict[str, object]:
 
 def velocity_feedback(make: Callable[..., M], feedback: GoalFeedback) -> M:
     """Return the feedback of a goal that follows velocity commands."""
+    east, north, up = feedback.velocity_enu_m_s or (math.nan, math.nan, math.nan)
+    moves = math.hypot(east, north) >= _COURSE_LEAST_M_S
     return make(
         **_common_feedback(feedback),
         height=_or_nan(feedback.height_m),
         setpoint_delay=feedback.late_s,
+        course=math.atan2(north, east) if moves else math.nan,
+        ground_speed=math.hypot(east, north),
+        climb_rate=up,
+        limited_by=feedback.limited_by,
     )
 
 

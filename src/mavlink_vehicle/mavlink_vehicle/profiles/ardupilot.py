@@ -267,6 +267,7 @@ PLANE = replace(
     ),
     # SET_POSITION_TARGET_LOCAL_NED has no effect (but on the altitude): it is sent to places.
     reposition=True,
+    reposition_keeps_mode=True,
     # It climbs at once; Plane::setup_alt_slope, for more than ALT_SLOPE_MIN.
     sinks_along_leg=True,
     circle_radius_m=60.0,
@@ -276,11 +277,14 @@ PLANE = replace(
     speed_command=SpeedCommand(0, frozenset({"GUIDED", "AUTO"})),
     return_speeds=(("AIRSPEED_CRUISE", 1.0),),
     roll_limit_parameter="ROLL_LIMIT_DEG",
+    airspeed_limit_parameters=("AIRSPEED_MIN", "AIRSPEED_MAX"),
     wanted_parameters=(
         *_FENCE_PARAMETERS,
         "WP_LOITER_RAD",
         "RTL_RADIUS",
         "AIRSPEED_CRUISE",
+        "AIRSPEED_MIN",
+        "AIRSPEED_MAX",
         "ROLL_LIMIT_DEG",
     ),
     failsafe_settings=failsafe_settings.ARDUPLANE,

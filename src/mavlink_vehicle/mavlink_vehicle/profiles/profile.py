@@ -241,6 +241,8 @@ class Profile:
         takeoff: how it takes off.
         altitude_reference: of the altitudes in commands.
         reposition: whether it is sent to places by MAV_CMD_DO_REPOSITION, not by setpoints.
+        reposition_keeps_mode: whether it takes that command in its control mode without the flag
+            that changes the mode, and rejects it in others: so no mode is taken from a pilot.
         circles_by_orbit: whether only MAV_CMD_DO_ORBIT gives it the radius of the circle there;
             else MAV_CMD_DO_REPOSITION does, and a radius stays until another is given.
         sinks_along_leg: whether it descends to such a place gradually on its way there.
@@ -249,6 +251,8 @@ class Profile:
         return_circle_parameters: the parameters of the circle about the launch point; the first
             that is not 0 counts.
         roll_limit_parameter: that of the greatest bank, in degrees.
+        airspeed_limit_parameters: those of the least and the greatest airspeed, in m/s; empty where
+            there are none.
         return_speeds: the parameters of the speed of its own return, each with what makes m/s of
             it; the first that is above 0 counts.
         return_height: the parameter of the height above home of its own return, with what makes
@@ -289,12 +293,14 @@ class Profile:
     takeoff: TakeoffRules = TakeoffRules()
     altitude_reference: CommandAltitude = CommandAltitude.HOME
     reposition: bool = False
+    reposition_keeps_mode: bool = False
     circles_by_orbit: bool = False
     sinks_along_leg: bool = False
     circle_radius_m: float = 0.0
     circle_parameters: tuple[str, ...] = ()
     return_circle_parameters: tuple[str, ...] = ()
     roll_limit_parameter: str = ""
+    airspeed_limit_parameters: tuple[str, ...] = ()
     return_speeds: tuple[tuple[str, float], ...] = ()
     return_height: tuple[str, float] | None = None
     setpoints: SetpointRules = SetpointRules()

@@ -222,11 +222,14 @@ PLANE = replace(
     return_circle_parameters=("RTL_LOITER_RAD",),
     return_speeds=(("FW_AIRSPD_TRIM", 1.0),),
     roll_limit_parameter="FW_R_LIM",
+    airspeed_limit_parameters=("FW_AIRSPD_MIN", "FW_AIRSPD_MAX"),
     wanted_parameters=(
         *_COMMON.wanted_parameters,
         "NAV_LOITER_RAD",
         "RTL_LOITER_RAD",
         "FW_AIRSPD_TRIM",
+        "FW_AIRSPD_MIN",
+        "FW_AIRSPD_MAX",
         "FW_R_LIM",
     ),
 )

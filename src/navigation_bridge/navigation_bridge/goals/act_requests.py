@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-from mavlink_vehicle.profiles import Profile, VehicleKind
+from mavlink_vehicle.profiles import Profile
 from navigation_bridge.goals.point_requests import check_geodetic
 from navigation_bridge.goals.requests import ActKind, ActRequest, PointMode, WaypointRequest
 from navigation_core.geometry import Vector3
@@ -88,8 +88,6 @@ def check_equipment(
             text = f"{profile.name} takes outputs by setpoints only, not in a mission"
         elif act.required and by_mission:
             text = "required is for setpoints; a vehicle does not report the acts of its mission"
-        elif profile.kind is VehicleKind.PLANE and not by_mission:
-            text = "a plane does acts in missions only"
         if act.kind is not None and text:
             text = f"act {number} ({act.kind.name}): {text}; change or remove the act."
             return Rejection(OutcomeCode.UNSUPPORTED_VEHICLE, text)

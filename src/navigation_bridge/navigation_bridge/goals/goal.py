@@ -40,6 +40,8 @@ class GoalFeedback:
         follow: how a target is followed, for a goal that has one.
         replans: number of replans because of obstacles.
         late_s: the worst delay of a setpoint in the last seconds.
+        velocity_enu_m_s: velocity over ground, in the map frame; None while unknown.
+        limited_by: why it does less than it is commanded to; empty if it does not.
         action: name of the goal's action; ids are unique within one action only.
     """
 
@@ -55,6 +57,8 @@ class GoalFeedback:
     follow: FollowProgress | None = None
     replans: int = 0
     late_s: float = 0.0
+    velocity_enu_m_s: Vector3 | None = None
+    limited_by: str = ""
     action: str = ""
 
 

@@ -38,7 +38,8 @@ def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now:
         return vehicle.take_off(intent.height_m, now)
     if kind is TaskOperation.REPOSITION and intent.target_enu_m is not None:
         circle_m = None if intent.circle_m is None else -intent.circle_m
-        return vehicle.reposition(*map_frame.geodetic(intent.target_enu_m), now, circle_m)
+        place = map_frame.geodetic(intent.target_enu_m)
+        return vehicle.reposition(*place, now, circle_m, intent.keeps_mode)
     pose = map_frame.pose(vehicle.state)
     if kind is TaskOperation.HOLD and _circles_elsewhere(vehicle) and pose is not None:
         return vehicle.reposition(*map_frame.geodetic(pose.position_enu_m), now)

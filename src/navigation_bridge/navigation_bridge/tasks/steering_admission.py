@@ -16,10 +16,10 @@ def check_steered(snapshot: LocatedSnapshot, what: str, ability: str) -> Rejecti
     Args:
         snapshot: what is known.
         what: what never starts the vehicle, for sentences: "following".
-        ability: what a plane cannot: "follow a target".
+        ability: what a plane cannot: "follow a target"; empty if it can.
     """
     traits, state = snapshot.traits, snapshot.state
-    if not traits.hovers:
+    if not traits.hovers and ability:
         return Rejection(
             OutcomeCode.UNSUPPORTED_VEHICLE, f"A {traits.name} cannot {ability}; send it targets."
         )

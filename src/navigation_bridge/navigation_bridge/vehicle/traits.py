@@ -74,6 +74,7 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
     lands_itself = profile.land_mode is not None
     before = profile.takeoff.control_first
     if profile.kind is VehicleKind.PLANE:
+        least_m_s, greatest_m_s = _airspeed_limits_m_s(profile, parameters)
         return Traits(
             name="plane",
             hovers=False,
@@ -82,7 +83,10 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
             circle_radius_m=circle_radius_m(profile, parameters),
             circles_left=_signed_radius_m(profile, profile.circle_parameters, parameters) < 0.0,
             airspeed_m_s=_airspeed_m_s(profile, parameters),
+            airspeed_min_m_s=least_m_s,
+            airspeed_max_m_s=greatest_m_s,
             circle_acceleration_m_s2=_circle_acceleration_m_s2(profile, parameters),
+            reposition_keeps_mode=profile.reposition_keeps_mode,
             sinks_along_leg=profile.sinks_along_leg,
             height_min_m=_PLANE_HEIGHT_MIN_M,
             takeoff_height_m=_PLANE_TAKEOFF_M,
@@ -135,6 +139,14 @@ def _airspeed_m_s(profile: Profile, parameters: Mapping[str, float]) -> float:
     """Return the airspeed that a plane keeps by its parameter, 0 while that is not known."""
     speeds_m_s = (scale * parameters.get(name, 0.0) for name, scale in profile.return_speeds)
     return next((speed_m_s for speed_m_s in speeds_m_s if speed_m_s > 0.0), 0.0)
+
+
+def _airspeed_limits_m_s(profile: Profile, parameters: Mapping[str, float]) -> tuple[float, float]:
+    """Return the least and the greatest airspeed by their parameters, 0 while one is not known."""
+    limits = [parameters.get(name, 0.0) for name in profile.airspeed_limit_parameters]
+    if len(limits) != 2 or not 0.0 < limits[0] <= limits[1] < math.inf:
+        return 0.0, 0.0
+    return limits[0], limits[1]
 
 
 def _circle_acceleration_m_s2(profile: Profile, parameters: Mapping[str, float]) -> float:

@@ -29,6 +29,8 @@ _STEPS_MAX = 40
 # the bound the vehicle only creeps.
 _AHEAD_M, _INWARDS_SHARE, _CREEP_M = 0.2, 0.3, 0.5
 _ROUNDING_M = 1e-9
+# A search for a point with room goes on by this at least.
+_STEP_MIN_M = 1.0
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,7 @@ class SpeedAtBounds:
             place = (position_enu_m[0], position_enu_m[1])
             course = (east / level_m_s, north / level_m_s)
             needed_m = stopping_distance_m(level_m_s, reaction_s, braking.horizontal_m_s2)
-            room_m = self._room_m(place)
+            room_m = self.room_m(place)
             if room_m < needed_m or room_m <= _END_M:  # else every bound is farther than it stops
                 free_m = self._free_m(place, course, needed_m, room_m)
                 allowed_m_s = stopping_speed_m_s(free_m, reaction_s, braking.horizontal_m_s2)
@@ -116,7 +118,8 @@ class SpeedAtBounds:
             if braking.turn_m > 0.0:
                 share = min(share, self._turn_share(place, course, level_m_s, braking))
         if self.flies and up:
-            below_m, above_m = self._heights(position_enu_m[2], ground_enu_m)
+            low_m, high_m = self.heights_m(ground_enu_m)
+            below_m, above_m = position_enu_m[2] - low_m, high_m - position_enu_m[2]
             up = min(up, stopping_speed_m_s(above_m, reaction_s, braking.vertical_m_s2))
             up = max(up, -stopping_speed_m_s(below_m, reaction_s, braking.vertical_m_s2))
         return (share * east, share * north, up)
@@ -128,7 +131,7 @@ class SpeedAtBounds:
         bare = replace(self, fence_margin_m=0.0, volume_margin_m=0.0)
         before_m = level_m_s * braking.turn_after_s
         needed_m = before_m + braking.turn_m
-        free_m = bare._free_m(place, course, needed_m, bare._room_m(place)) - braking.turn_m
+        free_m = bare._free_m(place, course, needed_m, bare.room_m(place)) - braking.turn_m
         return 1.0 if free_m >= before_m else max(free_m, 0.0) / before_m
 
     def run_out_share(
@@ -151,10 +154,14 @@ class SpeedAtBounds:
             share = min(share, max(kept[2], 0.0) / velocity_enu_m_s[2])
         return min(share, 1.0)
 
-    def _heights(self, z_m: float, ground_m: float) -> tuple[float, float]:
-        """Return how far down and up the vehicle may go."""
-        low_m = ground_m + self.volume.altitude_min_m + _VOLUME_MARGIN_M
-        high_m = ground_m + self.volume.altitude_max_m - _VOLUME_MARGIN_M
+    def heights_m(self, ground_enu_m: float) -> tuple[float, float]:
+        """Return the least and the greatest height, in the map frame.
+
+        Args:
+            ground_enu_m: map z of the ground, from which the volume's heights count.
+        """
+        low_m = ground_enu_m + self.volume.altitude_min_m + _VOLUME_MARGIN_M
+        high_m = ground_enu_m + self.volume.altitude_max_m - _VOLUME_MARGIN_M
         if self.volume.box is not None:
             low_m = max(low_m, self.volume.box.minimum_enu_m[2] + _VOLUME_MARGIN_M)
             high_m = min(high_m, self.volume.box.maximum_enu_m[2] - _VOLUME_MARGIN_M)
@@ -163,7 +170,34 @@ class SpeedAtBounds:
             low_m = max(low_m, self.home_z_enu_m + fence.altitude_min_m + self.fence_margin_m)
         if fence is not None and fence.altitude_max_m is not None:
             high_m = min(high_m, self.home_z_enu_m + fence.altitude_max_m - self.fence_margin_m)
-        return z_m - low_m, high_m - z_m
+        return low_m, high_m
+
+    def farthest_m(
+        self, start: Point2, course: Point2, length_m: float, inset_m: float
+    ) -> float | None:
+        """Return how far ahead the farthest point lies that has room about it, None without one.
+
+        No bound lies between: from beyond one, only a straight line that leads in has such a point.
+
+        Args:
+            start: east and north, metres.
+            course: the direction, of length 1.
+            length_m: it lies no farther than this.
+            inset_m: the room about it, beside the margins.
+        """
+        along_m, found_m, before_m = 0.0, None, -math.inf
+        while True:
+            room_m = self.room_m((start[0] + along_m * course[0], start[1] + along_m * course[1]))
+            if room_m >= inset_m:
+                found_m = along_m
+            elif room_m < 0.0 and (found_m is not None or room_m <= before_m):
+                return found_m
+            if along_m >= length_m:
+                return found_m
+            before_m = room_m
+            # No bound is nearer than the room, no point with enough of it than what is missing.
+            step_m = room_m - inset_m if room_m >= inset_m else min(room_m, inset_m - room_m)
+            along_m = min(along_m + max(step_m, _STEP_MIN_M), length_m)
 
     def _free_m(self, start: Point2, course: Point2, needed_m: float, room_m: float) -> float:
         """Return the length of a straight path up to a bound, at most what is needed.
@@ -175,7 +209,7 @@ class SpeedAtBounds:
             room_m: how far every bound is from its beginning.
         """
         if room_m <= _END_M:
-            ahead = self._room_m((start[0] + _AHEAD_M * course[0], start[1] + _AHEAD_M * course[1]))
+            ahead = self.room_m((start[0] + _AHEAD_M * course[0], start[1] + _AHEAD_M * course[1]))
             if ahead - room_m >= _INWARDS_SHARE * _AHEAD_M:
                 return needed_m
             return _CREEP_M if ahead >= room_m - _ROUNDING_M else 0.0
@@ -184,13 +218,13 @@ class SpeedAtBounds:
             path_m += room_m
             if path_m >= needed_m:
                 return needed_m
-            room_m = self._room_m((start[0] + path_m * course[0], start[1] + path_m * course[1]))
+            room_m = self.room_m((start[0] + path_m * course[0], start[1] + path_m * course[1]))
             if room_m <= _END_M:
                 break
         return path_m
 
-    def _room_m(self, point: Point2) -> float:
-        """Return how far every bound is, its margin taken off; negative beyond it."""
+    def room_m(self, point: Point2) -> float:
+        """Return how far every bound is from a point, its margin taken off; negative beyond it."""
         rooms_m = [room_in_volume_m(self.volume, point) - self.volume_margin_m]
         if self.fence is not None:
             rooms_m += [_depth_m(area, point) - self.fence_margin_m for area in self.fence.areas]

@@ -20,10 +20,15 @@ from navigation_core.tasks.inputs.waypoint_acts import (
 from navigation_core.tasks.intents import Outcome, StopFirst
 from navigation_core.tasks.observation import Observation
 
-__all__ = ["ActQueue"]
+__all__ = ["ActQueue", "time_for"]
 
 # The vehicle's answer takes no longer; without one the order was lost with the link.
 _ANSWER_S = 20.0
+
+
+def time_for(acts: tuple[WaypointAct, ...]) -> float:
+    """Return how long acts take at most, in seconds."""
+    return sum(each.act.time_s if isinstance(each.act, WaitHere) else _ANSWER_S for each in acts)
 
 
 class ActQueue:
@@ -68,9 +73,7 @@ class ActQueue:
         if index != self._stop:
             self._stop = index
             self._at_stop = tuple((number, act) for act in acts)
-            self.stop_s = sum(
-                act.act.time_s if isinstance(act.act, WaitHere) else _ANSWER_S for act in acts
-            )
+            self.stop_s = time_for(acts)
 
     def holds_at_stop(self) -> bool:
         """Begin the acts of the stop that is reached; return whether some are left."""

@@ -46,6 +46,8 @@ class Perform:
         target_enu_m: for REPOSITION, where to go.
         circle_m: for REPOSITION of a plane, the radius of its circle there, negative clockwise;
             None for its usual one.
+        keeps_mode: for REPOSITION, whether it is to be rejected in a mode that somebody else chose,
+            where the vehicle can do that (trait `reposition_keeps_mode`).
         speed_m_s: for CHANGE_SPEED.
         mission: for UPLOAD_MISSION, what is to be flown.
     """
@@ -54,6 +56,7 @@ class Perform:
     height_m: float | None = None
     target_enu_m: Vector3 | None = None
     circle_m: float | None = None
+    keeps_mode: bool = False
     speed_m_s: float | None = None
     mission: MissionPlan | None = None
 

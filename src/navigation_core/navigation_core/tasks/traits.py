@@ -25,8 +25,12 @@ class Traits:
         circle_radius_m: radius of the circle that it flies instead of standing still.
         circles_left: whether it flies its circles to the left, counter-clockwise.
         airspeed_m_s: that it keeps unless another is asked for; 0 if that is not known.
+        airspeed_min_m_s: the least that it can be asked for; 0 if that is not known.
+        airspeed_max_m_s: the greatest; 0 if that is not known.
         circle_acceleration_m_s2: with which it may turn on a circle that it is sent to; 0 if that
             is not known: then it is sent to its usual circles only.
+        reposition_keeps_mode: whether it can be sent to a place without a change of mode, so that
+            it can be sent on again and again and yet be taken over.
         sinks_along_leg: whether it descends to a target gradually on its way there, not at once.
         turning_radius_m: least radius of a turn on the ground; 0 if it can turn on the spot.
         turn_rate_rad_s: fastest turn on the ground, at any speed.
@@ -56,7 +60,10 @@ class Traits:
     circle_radius_m: float = 0.0
     circles_left: bool = False
     airspeed_m_s: float = 0.0
+    airspeed_min_m_s: float = 0.0
+    airspeed_max_m_s: float = 0.0
     circle_acceleration_m_s2: float = 0.0
+    reposition_keeps_mode: bool = False
     sinks_along_leg: bool = False
     turning_radius_m: float = 0.0
     turn_rate_rad_s: float = 1.0

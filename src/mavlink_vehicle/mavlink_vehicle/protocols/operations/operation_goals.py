@@ -161,6 +161,7 @@ class RepositionGoal(ModeGoal):
     yaw: float = 0.0
     radius_m: float = 0.0
     by_orbit: bool = False
+    keeps_mode: bool = False
     kind: OperationKind = OperationKind.REPOSITION
     needs_ack = True
 
@@ -173,7 +174,7 @@ class RepositionGoal(ModeGoal):
     def request(self) -> CommandRequest:
         """MAV_CMD_DO_REPOSITION; param1 -1 keeps the speed, param3 0 the radius. Or DO_ORBIT."""
         command = mavlink.MAV_CMD_DO_REPOSITION
-        change_mode = float(mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE)
+        change_mode = 0.0 if self.keeps_mode else float(mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE)
         how = (-1.0, change_mode, self.radius_m, self.yaw)
         if self.by_orbit:
             command, how = mavlink.MAV_CMD_DO_ORBIT, (self.radius_m, math.nan, 0.0, math.nan)

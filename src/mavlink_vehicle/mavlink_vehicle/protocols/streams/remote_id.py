@@ -7,6 +7,7 @@ second, what does not change every third second.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from mavlink_vehicle.codec import Message, make, mavlink
@@ -15,13 +16,15 @@ from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.service import Conversation, SendingRank, VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
-__all__ = ["RemoteId", "RemoteIdSender", "TransponderStatus"]
+__all__ = ["OperatorFix", "RemoteId", "RemoteIdSender", "TransponderStatus", "fix_fault"]
 
 _ARM_STATUS = mavlink.MAVLink_open_drone_id_arm_status_message
 _EPOCH_2019_S = 1_546_300_800.0
 _UINT32 = 1 << 32
 _NO_ID = [0] * 20
 _UNKNOWN_M = -1000.0
+_FIXED = mavlink.MAV_ODID_OPERATOR_LOCATION_TYPE_FIXED
+_LIVE = mavlink.MAV_ODID_OPERATOR_LOCATION_TYPE_LIVE_GNSS
 # Every third second.
 _IDENTITY_TURNS = 3
 _AIRCRAFT = {
@@ -66,11 +69,37 @@ class TransponderStatus:
     heard_s: float
 
 
+@dataclass(frozen=True)
+class OperatorFix:
+    """A measured position of an operator who moves.
+
+    Attributes:
+        latitude_deg: WGS-84.
+        longitude_deg: WGS-84.
+        altitude_m: above the ellipsoid; NaN if it is not known.
+        heard_s: when it was heard, by our time.
+    """
+
+    latitude_deg: float
+    longitude_deg: float
+    altitude_m: float
+    heard_s: float
+
+
+def fix_fault(latitude_deg: float, longitude_deg: float) -> str:
+    """Return why this is no position of an operator, as a sentence; empty if it is one."""
+    if abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0:
+        return ""
+    return f"latitude {latitude_deg:g}, longitude {longitude_deg:g} degrees is no position."
+
+
 class RemoteIdSender(VehicleService):
     """Sends the identity while the vehicle is heard.
 
     Attributes:
         status: the last report of a transponder; None without one.
+        operator: the last measured position of the operator, which is sent instead of the fixed
+            one; None before the first.
     """
 
     rank = SendingRank.DATA
@@ -81,6 +110,7 @@ class RemoteIdSender(VehicleService):
         """Begin without a vehicle."""
         super().__init__()
         self.status: TransponderStatus | None = None
+        self.operator: OperatorFix | None = None
         self._conversation: Conversation | None = None
         self._turn = 0
 
@@ -97,8 +127,12 @@ class RemoteIdSender(VehicleService):
         if self._turn == 0:
             self.outbox += _identities(identity, conversation)
         self._turn = (self._turn + 1) % _IDENTITY_TURNS
-        if identity.operator is not None:
-            self.outbox.append(_system(identity.operator, conversation.address, unix_s))
+        fix = self.operator
+        if fix is not None:
+            place = (fix.latitude_deg, fix.longitude_deg, fix.altitude_m)
+            self.outbox.append(_system(place, conversation.address, unix_s, _LIVE))
+        elif identity.operator is not None:
+            self.outbox.append(_system(identity.operator, conversation.address, unix_s, _FIXED))
 
     def receive(self, message: Message, now: float) -> None:
         """Take a report of the transponder."""
@@ -165,20 +199,22 @@ def _receiver(address: Address) -> dict[str, int | list[int]]:
     }
 
 
-def _system(operator: tuple[float, float, float], address: Address, unix_s: float) -> Message:
-    """Return where the operator is: a fixed position."""
+def _system(
+    operator: tuple[float, float, float], address: Address, unix_s: float, kind: int
+) -> Message:
+    """Return where the operator is."""
     latitude_deg, longitude_deg, altitude_m = operator
     return make(
         "OPEN_DRONE_ID_SYSTEM",
         **_receiver(address),
-        operator_location_type=mavlink.MAV_ODID_OPERATOR_LOCATION_TYPE_FIXED,
+        operator_location_type=kind,
         classification_type=mavlink.MAV_ODID_CLASSIFICATION_TYPE_UNDECLARED,
         operator_latitude=round(latitude_deg * 1e7),
         operator_longitude=round(longitude_deg * 1e7),
         area_count=1,
         area_ceiling=_UNKNOWN_M,
         area_floor=_UNKNOWN_M,
-        operator_altitude_geo=altitude_m,
+        operator_altitude_geo=altitude_m if math.isfinite(altitude_m) else _UNKNOWN_M,
         timestamp=max(int(unix_s - _EPOCH_2019_S), 0) % _UINT32,
     )
 

@@ -1,34 +1,28 @@
 """Flies a plane: takes off, sends it from target to target, and circles the last.
 
-A plane follows no setpoints. It is sent to a place, flies there by itself, and circles it
-until it is sent on. So a pause and a cancel are a place, too: where it is. It cannot stop.
 To give way to traffic it is sent to another height, or to another place, for a time.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import partial
-
 from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.act_queue import time_for
 from navigation_core.tasks.conditions import (
     Dwell,
     located,
     measured_speed,
 )
-from navigation_core.tasks.departure import Departure
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.intents import Outcome, Perform, StopFirst, Wait
-from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
-from navigation_core.tasks.phased_task import Answer, PhasedTask
-from navigation_core.tasks.phases import BEFORE_FLIGHT, PLANE, STATUS, STOPPING, Phase
+from navigation_core.tasks.intents import Outcome, Wait
+from navigation_core.tasks.observation import Observation, VehicleMode
+from navigation_core.tasks.phased_task import Answer
+from navigation_core.tasks.phases import BEFORE_FLIGHT, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traffic.traffic_view import TrafficView
 from navigation_core.tasks.traits import Traits
-from navigation_core.tasks.watching.leg_speed import LegSpeed
-from navigation_core.tasks.watching.plane_destination import PlaneDestination
 from navigation_core.tasks.watching.plane_route import Circling, PlaneRoute
+from navigation_core.tasks.watching.sent_plane import IN_FLIGHT, SentPlane
 from navigation_core.tasks.waypoint import Route
 
 # Usual speeds of small planes, for estimates before it flies: ArduPlane's AIRSPEED_CRUISE is
@@ -44,13 +38,8 @@ _LEVEL_CLIMB_MAX_M_S = 1.5
 _HEIGHT_WEIGHT = 5.0
 
 
-_IN_FLIGHT = frozenset({Phase.NAVIGATING, Phase.SETTLING, Phase.PAUSED})
-
-
-class FlyPlane(PhasedTask):
+class FlyPlane(SentPlane):
     """The task of a plane's goal or route. See :class:`navigation_core.tasks.task.Task`."""
-
-    table = PLANE
 
     def __init__(
         self,
@@ -69,23 +58,18 @@ class FlyPlane(PhasedTask):
             takeoff_height_m: height above the ground that a take-off is asked for.
             circle_m: radius of its circles about targets, negative clockwise; None: its usual one.
         """
-        super().__init__(config, Phase.PREPARING)
-        self._traits = traits
+        super().__init__(config, traits)
         self._circle_m = circle_m
         self._circle_size_m = abs(circle_m or traits.circle_radius_m)
         self._takeoff_height_m = takeoff_height_m
         # One lap; how it flies between them is the plane's own matter.
         self._path_enu_m = tuple(waypoint.position_enu_m for waypoint in route.waypoints)
         self._route = PlaneRoute(route, self._circle_size_m)
-        self._destination = PlaneDestination(traits, self._requests)
-        self._giving_way = self._destination.giving_way
-        self._leg_speed = LegSpeed(self._requests)
-        self._departure = Departure(config, traits, self._requests, self._error_m)
         self._last_enu_m: Vector3 | None = None
         self._circling = Circling(self._circle_size_m)
         self._circled = Dwell(config.arrival_dwell_s)
-        self._landed = Dwell(config.landed_timeout_s)
         self._nearest_m, self._nearest_s = float("inf"), 0.0
+        self._acts_of: int | None = None  # the waypoint whose acts have begun
         self._handlers = {
             Phase.PREPARING: self._prepare,
             Phase.ARMING: self._arm,
@@ -107,12 +91,9 @@ class FlyPlane(PhasedTask):
         self._nearest_s = now
 
     def resume_control(self, now: float) -> None:
-        """Send it on to its place, which brings the mode; a speed is forgotten with a mode."""
-        self._leg_speed.forget()
-        self._destination.forget()
-        if self._phase in _IN_FLIGHT:
-            self._go(Phase.NAVIGATING, now)
-        elif self._phase in BEFORE_FLIGHT:
+        """Send it on to its place, which brings the mode, or begin again on the ground."""
+        super().resume_control(now)
+        if self._phase in BEFORE_FLIGHT:
             self._go(Phase.PREPARING, now)
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
@@ -127,18 +108,16 @@ class FlyPlane(PhasedTask):
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress of the whole route."""
         position = observation.position_enu_m or self._last_enu_m
-        status, route = STATUS[self._phase], self._route.progress()
+        status, route = super().progress(observation, now).status, self._route.progress()
         if position is None or self._phase is Phase.ENDED:
             return Progress(status, 0.0, 0.0, route)
         self._last_enu_m = position
         if self._phase in STOPPING:
             return Progress(status, 0.0, 1.0, route)
-        if self._phase is Phase.PAUSED and not self._pause_asked:
-            status = Status.HOLDING  # the position is in doubt
-        if self._phase is Phase.SETTLING and self._route.current.hold_time_s > 0.0:
+        if self._phase is Phase.SETTLING and self._route.current.stay_s > 0.0:
             status = Status.HOLDING
         measured_m_s = measured_speed(observation) or 0.0
-        is_flying = self._phase in _IN_FLIGHT
+        is_flying = self._phase in IN_FLIGHT
         speed_m_s = max(measured_m_s, 0.5 * _CRUISE_M_S) if is_flying else _CRUISE_M_S
         length_m, time_s = self._route.left(position, speed_m_s)
         waiting = self._giving_way.waiting if is_flying else None
@@ -146,7 +125,7 @@ class FlyPlane(PhasedTask):
         if blocked and status is not Status.PAUSED:
             status = Status.WAITING_FOR_TRAFFIC
         if self._phase is Phase.SETTLING:
-            time_s -= min(now - self._phase_since_s, self._route.current.hold_time_s)
+            time_s -= min(now - self._phase_since_s, self._route.current.stay_s)
         if self._phase in BEFORE_FLIGHT and not observation.airborne:
             climb_m = max(self._takeoff_height_m - (position[2] - observation.ground_enu_m), 0.0)
             time_s += climb_m / _CLIMB_M_S + _RUN_UP_S
@@ -154,12 +133,6 @@ class FlyPlane(PhasedTask):
         return Progress(status, length_m, time_s, route, blocked=blocked)
 
     # --- the state machine -----------------------------------------------------------
-
-    def _finish(self, outcome: Outcome, now: float) -> Outcome:
-        problem = self._leg_speed.problem
-        if problem:
-            outcome = replace(outcome, message=f"{outcome.message} {problem}")
-        return super()._finish(outcome, now)
 
     def _go(self, phase: Phase, now: float) -> None:
         super()._go(phase, now)
@@ -170,25 +143,15 @@ class FlyPlane(PhasedTask):
         self._circled.reset()
 
     def _check(self, observation: Observation, now: float) -> Answer:
-        """Look for what ends every flight."""
-        if self._phase not in _IN_FLIGHT:
-            return None
-        if not observation.armed:
-            text = "The vehicle was disarmed during the goal."
-            return self._over(OutcomeCode.DISARMED, text, observation)
-        if self._destination.was_sent and not observation.in_control:
-            text = "The vehicle left the mode in which it flies to targets."
-            return self._over(OutcomeCode.PILOT_OVERRIDE, text, observation)
-        if self._landed.holds(observation.airborne is False, now):
-            text = f"The vehicle has been on the ground for {self._config.landed_timeout_s:g} s."
-            return self._over(OutcomeCode.LANDED, text, observation)
-        if observation.position_age_s > self._config.position_timeout_s:
-            text = (
-                "The vehicle has reported no valid position for "
-                f"{self._config.position_timeout_s:g} s; it continues on its own."
-            )
-            return self._over(OutcomeCode.NO_POSITION, text, observation)
-        return None
+        """Look for what ends every flight, and do the acts of waypoints."""
+        answer = super()._check(observation, now)
+        if answer is not None or self._phase not in (Phase.NAVIGATING, Phase.SETTLING):
+            return answer
+        return self._acts.step(observation, now)
+
+    def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
+        self._acts.give_up()
+        return super()._stop(ending, observation, now)
 
     def _prepare(self, observation: Observation, now: float) -> Answer:
         rejection = self._departure.check(observation)
@@ -223,6 +186,7 @@ class FlyPlane(PhasedTask):
             return Wait()
         position = known.state.position_enu_m
         if self._route.passed(position, known.state.velocity_enu_m_s):
+            self._begin_acts(position)
             return self._next(observation, now)
         on_circle = self._circling.watch(position, target) and not self._giving_way.evades
         if self._route.stops and on_circle:
@@ -257,7 +221,8 @@ class FlyPlane(PhasedTask):
             return Phase.NAVIGATING
         if answer is not None:
             return answer
-        if now - self._phase_since_s > _STUCK_AFTER_S + waypoint.hold_time_s:
+        acts_s = time_for(waypoint.acts)
+        if now - self._phase_since_s > _STUCK_AFTER_S + waypoint.hold_time_s + acts_s:
             text = "The vehicle did not stay on its circle around the target."
             return self._over(OutcomeCode.TIMEOUT, text, observation)
         known = located(observation, self._config.position_stale_s)
@@ -269,7 +234,15 @@ class FlyPlane(PhasedTask):
         settled = self._circled.holds(on_circle, now - observation.position_age_s)
         if not settled or now - self._phase_since_s < waypoint.hold_time_s:
             return Wait()
-        return self._next(observation, now)
+        self._begin_acts(here.position_enu_m)
+        return Wait() if self._acts.is_busy else self._next(observation, now)
+
+    def _begin_acts(self, position_enu_m: Vector3) -> None:
+        """Begin the acts of the current waypoint, once; it is passed, or circled."""
+        if self._acts_of != self._route.done:
+            self._acts_of = self._route.done
+            reached = self._route.is_within(position_enu_m)
+            self._acts.add(self._route.number, self._route.current.acts, reached=reached)
 
     def _next(self, observation: Observation, now: float) -> Answer:
         """Advance to the next waypoint, or end on the circle about the last."""
@@ -282,66 +255,9 @@ class FlyPlane(PhasedTask):
                 f"Flew {self._route.done} of {self._route.total} waypoints, those without a hold "
                 f"time within {self._route.pass_radius_m:.0f} m; the plane circles the last"
             )
+        if self._acts.failed:
+            text += f". Not done: {', '.join(self._acts.failed)}"
         return self._over(OutcomeCode.SUCCESS, f"{text}.", observation)
-
-    # --- pause, cancel ---------------------------------------------------------------
-
-    def _place_to_stay(self, observation: Observation) -> Vector3 | None:
-        """Return where to circle: here, but no lower than is safe."""
-        position = observation.position_enu_m
-        if position is None:
-            return None
-        least_m = observation.ground_enu_m + self._traits.height_min_m
-        return (position[0], position[1], max(position[2], least_m))
-
-    def _begin_stay(self, observation: Observation) -> Answer:
-        place = self._place_to_stay(observation)
-        if place is None:
-            return Wait()
-        self._handlers[Phase.PAUSED] = partial(self._stay, place)
-        return Phase.PAUSED
-
-    def _stay(self, place: Vector3, observation: Observation, now: float) -> Answer:
-        answer = self._destination.send(place, observation, now)
-        if answer is None and not (self._pause_asked or observation.position_doubt):
-            return Phase.NAVIGATING
-        return answer or Wait()
-
-    def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
-        flies = self._departure.moves(observation)
-        if not flies and (self._departure.arming_asked or self._phase is Phase.TAKING_OFF):
-            self._handlers[Phase.DISARMING] = partial(self._disarm, ending)
-            self._go(Phase.DISARMING, now)
-            return None
-        place = self._place_to_stay(observation)
-        if not flies or place is None:
-            return replace(ending, final_error_m=self._error_m(observation))
-        self._handlers[Phase.STOPPING] = partial(self._circle_here, ending, place)
-        self._go(Phase.STOPPING, now)
-        return None
-
-    def _circle_here(
-        self, ending: Outcome, place: Vector3, observation: Observation, now: float
-    ) -> Answer:
-        answer = self._destination.send(place, observation, now)
-        if isinstance(answer, Outcome):
-            return ending.after(answer.message, self._error_m(observation))
-        where = "elsewhere, to give way" if self._giving_way.evades else "where it was"
-        text = f"A plane cannot stop: it circles {where}."
-        return answer or ending.after(text, self._error_m(observation))
-
-    def _disarm(self, ending: Outcome, observation: Observation, now: float) -> Answer:
-        if self._departure.moves(observation):
-            return StopFirst(ending)
-        disarm = Perform(TaskOperation.DISARM)
-        answer = self._requests.perform(disarm, ending.code, observation, now)
-        if isinstance(answer, Outcome):
-            text = f"{answer.message} It may still be armed."
-            return ending.after(text, self._error_m(observation))
-        return answer or ending.after("The vehicle is disarmed.", self._error_m(observation))
-
-    def _over(self, code: OutcomeCode, text: str, observation: Observation) -> Outcome:
-        return Outcome(code, text, self._error_m(observation))
 
     def _error_m(self, observation: Observation) -> float | None:
         position = observation.position_enu_m

@@ -38,11 +38,12 @@ class PlaneDestination:
         observation: Observation,
         now: float,
         circle_m: float | None = None,
+        keeps_mode: bool = False,
     ) -> Intent | Outcome | None:
         """Have it fly to a place and circle it; None once it has taken that.
 
         As long as it has to give way, it is another place. `circle_m` is negative clockwise; None
-        for its usual circle.
+        for its usual circle. With `keeps_mode` only the first place may change the mode.
         """
         self.giving_way.circle_m = circle_m
         place = self.giving_way.place(place, self._is_taken, observation, now)
@@ -51,7 +52,12 @@ class PlaneDestination:
             self._requests.forget()
         if self._is_taken:
             return None
-        intent = Perform(TaskOperation.REPOSITION, target_enu_m=place, circle_m=circle_m)
+        intent = Perform(
+            TaskOperation.REPOSITION,
+            target_enu_m=place,
+            circle_m=circle_m,
+            keeps_mode=keeps_mode and self.was_sent,
+        )
         answer = self._requests.perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
         if answer is None:
             self._is_taken = self.was_sent = True

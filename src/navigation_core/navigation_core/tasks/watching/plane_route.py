@@ -89,7 +89,17 @@ class PlaneRoute:
     @property
     def stops(self) -> bool:
         """Whether the current waypoint is circled, for a time or as the last."""
-        return self.current.hold_time_s > 0.0 or self.done >= self.total - 1
+        return self.current.stay_s > 0.0 or self.done >= self.total - 1
+
+    @property
+    def number(self) -> str:
+        """The current waypoint as people count them."""
+        return self._route.numbers((self.done,))
+
+    def is_within(self, position_enu_m: Vector3) -> bool:
+        """Whether a position is in the acceptance radius of the current waypoint, over ground."""
+        away_m = math.dist(position_enu_m[:2], self.current.position_enu_m[:2])
+        return away_m <= self.current.acceptance_radius_m
 
     def passed(self, position_enu_m: Vector3, velocity_enu_m_s: Vector3) -> bool:
         """Whether the current waypoint, if it is flown through, is passed here.
@@ -126,7 +136,7 @@ class PlaneRoute:
         legs_m = [distance(a, b) for a, b in itertools.pairwise(places)]
         # It is on its circle before it is over the point.
         length_m = math.fsum(legs_m[1:]) + max(legs_m[0] - self._radius_m, 0.0)
-        return length_m, length_m / speed_m_s + math.fsum(waypoint.hold_time_s for waypoint in rest)
+        return length_m, length_m / speed_m_s + math.fsum(waypoint.stay_s for waypoint in rest)
 
     def progress(self) -> RouteProgress:
         """Progress along the route."""
