@@ -21,7 +21,7 @@ from drone_navigation.processes import free_udp_port, ros_environment
 from mavlink_vehicle.codec import make
 from tests.support.messages.random_console_messages import FLY, MOVING, broken
 from tests.support.processes import Process, patient_s
-from tests.support.ros.browser import CHROMIUM, Browser, Tab
+from tests.support.ros.browser import CHROMIUM, Browser, Tab, in_box
 from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal, new_domain
 from tests.support.ros.target_publisher import TargetPublisher
 from tests.support.stations import missions
@@ -135,9 +135,7 @@ def on_map(tab: Tab, east_m: float, north_m: float) -> tuple[float, float]:
     while now != before and time.monotonic() < deadline_s:
         time.sleep(0.3)
         before, now = now, shown()
-    x, y, scale = map(float, now[0].split())
-    left, top, width, height = now[1]
-    return left + width / 2 + (east_m - x) * scale, top + height / 2 - (north_m - y) * scale
+    return in_box(now[1], now[0], east_m, north_m)
 
 
 def waypoints(tab: Tab) -> list[list[float]]:
