@@ -237,6 +237,9 @@ SETTABLE_CLOCKS = {
         "time": "the time that MAVLink signs with, which never goes back"
     },
     "src/mavlink_vehicle/mavlink_vehicle/io/tlog.py": {"time": _RECORDED},
+    "sitl/mavlink_sitl/wall_clock_link.py": {
+        "time": "the time of a simulated camera's picture, for a receiver on another clock"
+    },
 }
 _CLOCKS = frozenset({"create_timer", "create_rate", "get_clock", "Clock", "ROSClock", "Rate"})
 _OF_TIME = frozenset({"time", "time_ns", "clock_gettime"})
