@@ -233,6 +233,9 @@ SETTABLE_CLOCKS = {
         "goals meanwhile"
     },
     "src/drone_navigation/drone_navigation/nav2/other_servers.py": {"time_ns": "the same"},
+    "src/drone_navigation/drone_navigation/navigation_target.py": {
+        "get_clock": "stamps, and the age of those that a camera has given"
+    },
     "src/mavlink_vehicle/mavlink_vehicle/io/signing_key.py": {
         "time": "the time that MAVLink signs with, which never goes back"
     },

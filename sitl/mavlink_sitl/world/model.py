@@ -166,7 +166,7 @@ class MarkCamera:
     """
 
     rate_hz: float = 10.0
-    half_view_deg: float = 35.0
+    half_view_deg: float = 45.0
     noise: float = 0.01
     loss: float = 0.1
     delay_s: float = 0.1

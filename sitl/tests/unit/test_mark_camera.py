@@ -66,9 +66,9 @@ def test_a_result_comes_late_with_the_time_of_its_picture() -> None:
     assert soon in late.sightings()
 
 
-@pytest.mark.parametrize(("north_m", "seen"), [(3.0, True), (4.0, False), (-4.0, False)])
+@pytest.mark.parametrize(("north_m", "seen"), [(4.0, True), (6.0, False), (-6.0, False)])
 def test_it_is_seen_within_the_field_of_view(north_m: float, seen: bool) -> None:
-    # 35 degrees at 5 m are 3.5 m.
+    # 45 degrees at 5 m are 5 m.
     simulation = above(EXACT, Mark((north_m, 0.0))).simulation
     simulation.run_for(1.0)
     assert bool(simulation.sightings()) == seen
