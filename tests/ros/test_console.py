@@ -191,6 +191,10 @@ def test_a_target_is_named_followed_lost_and_landed_on(scene: Scene, page: Tab) 
     flight.wait(lambda: page.value(f"{state} === 'FOLLOWING'"), _FLIGHT_S, "the target")
     assert page.value("document.getElementById('track-answer').hidden")
     assert re.search(r"target \d+\.\d m away", page.text("progress"))
+    east_m, north_m, _ = map(
+        float, page.value("document.getElementById('map').dataset.target").split()
+    )
+    assert (east_m, north_m) == pytest.approx((8.0, 3.0), abs=0.3)
     target.is_silent = True
     flight.wait(lambda: page.value(f"{state} === 'LOST'"), _FLIGHT_S, "the loss")
     page.press("c", "KeyC")

@@ -28,6 +28,7 @@ FOLLOW = {
     "left": 0.0,
     "above": 5.0,
     "least": 0.0,
+    "in_map": False,
     "speed": 0.0,
 }
 LAND = {

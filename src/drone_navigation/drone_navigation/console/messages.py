@@ -181,8 +181,8 @@ class PageGoal(_Order):
 class PageFollow(_ForVehicle):
     """Follow a target of a topic, a frame of TF or a MAVLink system, by its name or number.
 
-    The place beside it is ahead, left of and above the target; a least distance of 0 and a speed of
-    0 are the server's defaults.
+    The place beside it is ahead, left of and above the target, or in the map to the east, to the
+    north and above; a least distance of 0 and a speed of 0 are the server's defaults.
     """
 
     kind: ClassVar[str] = "follow"
@@ -194,6 +194,7 @@ class PageFollow(_ForVehicle):
     above_m: float = member(_OFFSET_M, "above")
     least_distance_m: float = member(number(0, 1000), "least")
     speed_m_s: float = member(number(0, 100), "speed")
+    in_map: bool = member(FLAG)
 
     def __post_init__(self) -> None:
         """Reject a target without a name.

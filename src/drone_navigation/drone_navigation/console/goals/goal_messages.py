@@ -67,7 +67,7 @@ def landing(command: PageCommand) -> Land.Goal:
 
 def _followed(order: PageFollow) -> Follow.Goal:
     goal = Follow.Goal(
-        offset_frame=Follow.Goal.OFFSET_TARGET,
+        offset_frame=Follow.Goal.OFFSET_MAP if order.in_map else Follow.Goal.OFFSET_TARGET,
         least_distance=order.least_distance_m,
         max_speed=order.speed_m_s,
     )

@@ -118,7 +118,7 @@ function scene() {
     earlier: v?.earlier ?? [], obstacles: v?.obstacles, home: v?.home?.at,
     volume: v?.flight_volume, fence: v?.fence, rally: v?.rally_points, mission: v?.mission,
     others: others(v), active: active(v), editable: points, ring: ring(), area: route.area, rehearsed: rehearsal?.result,
-    together: together ? inMap(v) : null,
+    together: together ? inMap(v) : null, target: v?.feedback?.target?.at ? v.feedback.target : null,
   };
 }
 
@@ -131,6 +131,7 @@ function fit() {
   const s = scene();
   const points = [...s.trail, ...s.plan, ...route.points.map((p) => [p.x, p.y]), ...s.active.map((p) => [p.x, p.y])];
   points.push(...missionPoints(s.mission).map((p) => [p.x, p.y]), ...s.others.map((other) => other.at));
+  if (s.target) points.push(s.target.at);
   if (s.ring) points.push(...[-1, 1].map((side) => s.ring.at.map((at) => at + side * s.ring.radius)));
   points.push(...(s.together?.others ?? []).flatMap((other) => other.route));
   points.push(...(s.vehicle ? [s.vehicle.at] : []), ...(s.home ? [s.home] : []));

@@ -101,6 +101,7 @@ export class Map2D extends LocalMap {
     const [context, width, height] = this.begin(c);
     this.handles(scene);
     this.element.dataset.trail = scene.trail.length;
+    this.element.dataset.target = scene.target?.at.join(" ") ?? "";
     this.grid(context, width, height, tiled ? { ...c, grid: c.axis, axis: c.soft } : c);
     drawScene(this, context, scene, c);
     this.obstacles(context, scene.obstacles, c);
@@ -114,6 +115,7 @@ export class Map2D extends LocalMap {
     if (scene.area.length) this.line(context, [...scene.area, scene.area[0]].map((p) => [p.x, p.y]), c.draft, 2, [2, 4]);
     this.waypoints(context, this.route.points, c.draft, c, true);
     if (scene.ring) this.ring(context, scene.ring, c);
+    if (scene.target) this.target(context, scene.target, c);
     if (scene.vehicle) this.arrow(context, scene.vehicle, scene.old ? c.other : c.vehicle, 13, "", c);
     drawMeetings(this, context, scene.together, c);
     if (this.cross) this.crossHair(context, c);
@@ -217,6 +219,23 @@ export class Map2D extends LocalMap {
     context.lineWidth = 2;
     context.strokeStyle = c.draft;
     context.stroke();
+  }
+
+  // The target that is followed; hollow while it is lost.
+  target(context, { at, state }, c) {
+    const [px, py] = this.toScreen(at[0], at[1]);
+    context.beginPath();
+    context.arc(px, py, 7, 0, 2 * Math.PI);
+    context.lineWidth = 2.5;
+    context.strokeStyle = c.goal;
+    context.stroke();
+    if (state === "FOLLOWING") {
+      context.beginPath();
+      context.arc(px, py, 3, 0, 2 * Math.PI);
+      context.fillStyle = c.goal;
+      context.fill();
+    }
+    label(context, state === "LOST" ? "target, lost" : "target", px + 11, py + 4, c.ink, c.halo);
   }
 
   crossHair(context, c) {
