@@ -82,8 +82,9 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scene]:
     folder = tmp_path_factory.mktemp("console")
     port = free_udp_port()
     links = f"gcs_links:=['udpin://127.0.0.1:{port}']"
-    lands_on_targets = ("--param", "PLND_ENABLED=1", "--param", "PLND_TYPE=1")
-    flight = Flight(folder, "--ros-args", "-p", links, "--", simulator=lands_on_targets)
+    has = ("PLND_ENABLED=1", "PLND_TYPE=1", "CAM1_TYPE=1", "MNT1_TYPE=1")
+    equipment = tuple(word for each in has for word in ("--param", each))
+    flight = Flight(folder, "--ros-args", "-p", links, "--", simulator=equipment)
     station = PymavlinkStation(port)
     console = Process("navigation_console", CONSOLE, flight.environment)
     browser = None
@@ -463,6 +464,37 @@ def test_a_hold_time_is_typed_and_steps_by_mouse_and_keyboard(page: Tab) -> None
         page.press("u", "KeyU")
     assert waypoints(page)[0][:2] == pytest.approx([8.0, 0.0], abs=0.3)
     clear(page)
+
+
+def test_a_photo_is_taken_the_camera_pointed_and_both_done_at_a_waypoint(page: Tab) -> None:
+    before = ends(page)
+    page.drag(on_map(page, 2.0, 2.0))
+    page.drag(on_map(page, 5.0, 2.0))
+    assert not page.value("document.getElementById('acts').hidden")
+    assert page.text("acts-of") == "At waypoint 2"
+    for kind in ("point", "photo"):
+        page.value(
+            "(() => { const kind = document.getElementById('act-kind');"
+            f" kind.value = '{kind}'; kind.dispatchEvent(new Event('change')); }})()"
+        )
+        page.click("act-add")
+    assert "camera 90° down" in page.text("act-list")
+    page.press("g", "KeyG")
+    page.wait("!document.getElementById('confirm').hidden")
+    page.press(" ", "Space", 1.8)
+    page.wait(ACTIVE)
+    wait_for_end(page, before, "SUCCESS")
+    assert "Not done" not in page.text("end")
+    photos = "Number(document.getElementById('map').dataset.photos)"
+    page.wait(f"{photos} === 1")
+    page.click("photo")
+    page.wait(f"{photos} === 2")
+    answer = "document.getElementById('answer').textContent"
+    page.wait(f"{answer} === 'The camera was triggered.'")
+    page.click("point")
+    page.drag(on_map(page, 8.0, 6.0))
+    assert waypoints(page) == []
+    page.wait(f"{answer} === 'The gimbal points there.'")
 
 
 def test_a_plan_is_saved_and_dropped_on_the_page(scene: Scene, page: Tab, tmp_path: Path) -> None:

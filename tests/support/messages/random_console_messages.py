@@ -49,6 +49,8 @@ MOVING: tuple[dict[str, Any], ...] = (
     {"type": "command", "vehicle": "/", "name": "resume", "confirmed": "held"},
     {"type": "command", "vehicle": "/", "name": "continue", "confirmed": "slide"},
     {"type": "command", "vehicle": "/", "name": "pause"},
+    {"type": "photo", "vehicle": "/"},
+    {"type": "point", "vehicle": "/", "x": 4.0, "y": -3.0, "z": 0.0},
 )
 """Good messages that need control."""
 

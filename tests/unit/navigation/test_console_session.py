@@ -14,6 +14,8 @@ from drone_navigation.console.messages import (
     PageCommand,
     PageFollow,
     PageGoal,
+    PagePhoto,
+    PagePoint,
     PageWaypoint,
     PlanSurvey,
     Rehearse,
@@ -50,6 +52,9 @@ class FakePilots:
 
     def replay(self, replay: Replay, answer: Any) -> None:
         self.stopped.append(f"replay {replay.name} {replay.value:g}")
+
+    def payload(self, asked: PagePhoto | PagePoint, answer: Any) -> None:
+        self.moved.append(asked.kind)
 
     def survey(self, asked: PlanSurvey, tell: Any, answer: Any) -> None:
         tell({"type": "survey", "corners": asked.corners_enu_m})

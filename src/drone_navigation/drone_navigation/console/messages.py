@@ -9,6 +9,7 @@ import json
 from dataclasses import dataclass
 from typing import Any, ClassVar, NoReturn, TypeAlias
 
+from drone_navigation.console.acts.page_acts import ACTS_MAX, PAGE_ACT, PageAct
 from navigation_bridge.configuration.checked_values import (
     FLAG,
     TEXT,
@@ -36,6 +37,8 @@ __all__ = [
     "PageCommand",
     "PageFollow",
     "PageGoal",
+    "PagePhoto",
+    "PagePoint",
     "PageWaypoint",
     "PlanSurvey",
     "RateLimit",
@@ -66,19 +69,21 @@ class RejectedError(ValueError):
 
 @dataclass(frozen=True)
 class PageWaypoint:
-    """A waypoint in the vehicle's map: ENU metres; hold time in s, 0 to fly through."""
+    """A waypoint in the vehicle's map: ENU metres; hold time in s, 0 to fly through; its acts."""
 
     position_enu_m: Vector3
     hold_time_s: float
+    acts: tuple[PageAct, ...] = ()
 
 
 _WAYPOINTS = items(
     record(
-        lambda x, y, z, hold: PageWaypoint((x, y, z), hold),
+        lambda x, y, z, hold, acts=(): PageWaypoint((x, y, z), hold, acts),
         x=_COORDINATE_M,
         y=_COORDINATE_M,
         z=_COORDINATE_M,
         hold=RecordMember(number(0, 3600), required=True),
+        acts=RecordMember(items(PAGE_ACT, 0, ACTS_MAX)),
     ),
     1,
     WAYPOINTS_MAX,
@@ -208,6 +213,23 @@ class PageFollow(_ForVehicle):
             raise InvalidValueError("A MAVLink system is a number from 1 to 255.")
 
 
+class PagePhoto(_ForVehicle):
+    """Take a photo."""
+
+    kind: ClassVar[str] = "photo"
+
+
+@dataclass(frozen=True)
+class PagePoint(_ForVehicle):
+    """Point the gimbal at a position of the vehicle's map."""
+
+    kind: ClassVar[str] = "point"
+
+    east_m: float = member(number(-1e6, 1e6), "x")
+    north_m: float = member(number(-1e6, 1e6), "y")
+    up_m: float = member(number(-1e6, 1e6), "z")
+
+
 @dataclass(frozen=True)
 class Rehearse(_Order):
     """Simulate a goal or a route; moves nothing. `number` comes back with the answer."""
@@ -290,8 +312,8 @@ class Replay(_ForVehicle):
 
 
 VehicleMessage: TypeAlias = (
-    Take | Give | Hold | Cancel | PageCommand | PageGoal | PageFollow | Rehearse | ReadPlan
-    | SavePlan | ConvertMission | PlanSurvey | Replay
+    Take | Give | Hold | Cancel | PageCommand | PageGoal | PageFollow | PagePhoto | PagePoint
+    | Rehearse | ReadPlan | SavePlan | ConvertMission | PlanSurvey | Replay
 )  # fmt: skip
 Message: TypeAlias = Alive | RehearseTogether | VehicleMessage
 
@@ -328,6 +350,9 @@ MESSAGE: Kind[Message] = one_of(
         ),
         PageGoal.kind: record(PageGoal, _CONFIRMED),
         PageFollow.kind: record(PageFollow, _CONFIRMED),
+        # These move no vehicle.
+        PagePhoto.kind: record(PagePhoto),
+        PagePoint.kind: record(PagePoint),
         Rehearse.kind: record(Rehearse),
         RehearseTogether.kind: record(RehearseTogether),
         Replay.kind: one_of(

@@ -1,6 +1,8 @@
 // The routes that are drawn, one for each vehicle; the one that is edited is in `route`.
 
 const $ = (id) => document.getElementById(id);
+// A waypoint as it is sent.
+export const ofPage = ({ x, y, z, hold, acts }) => ({ x, y, z, hold, ...(acts?.length ? { acts } : {}) });
 const EMPTY = { points: [], selected: -1, area: [], past: [], speed: "0", laps: "1", radius: "0" };
 
 export class Drafts {
@@ -45,7 +47,7 @@ export class Drafts {
     const { points, speed, laps, radius } = this.of(name);
     if (!points.length) return null;
     const least = (text, low) => Math.max(Number.parseFloat(text) || 0, low);
-    const waypoints = points.map(({ x, y, z, hold }) => ({ x, y, z, hold }));
+    const waypoints = points.map(ofPage);
     return { vehicle: name, waypoints, speed: least(speed, 0), laps: Math.round(least(laps, 1)), radius: points.length === 1 ? Number.parseFloat(radius) || 0 : 0 };
   }
 }

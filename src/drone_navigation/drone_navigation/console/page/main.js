@@ -1,8 +1,9 @@
 // Joins the socket, the map, the route and the keys.
 
+import { ActList } from "./acts.js";
 import { Alerts } from "./alerts.js";
 import { Confirm } from "./confirm.js";
-import { Drafts } from "./drafts.js";
+import { Drafts, ofPage } from "./drafts.js";
 import { FleetStrip } from "./fleet.js";
 import { Heights } from "./heights.js";
 import { Link } from "./link.js";
@@ -33,6 +34,7 @@ let heightFor = "";
 let side = { marks: [] };
 const heights = new Heights($("side"), route, () => side, (index) => map.adopt(index));
 new WaypointList($("waypoints"), route);
+new ActList(route);
 
 const replay = new Replay((message) => send({ type: "replay", vehicle: chosen, ...message }));
 const vehicle = () => link.vehicles[chosen];
@@ -118,7 +120,7 @@ function scene() {
     earlier: v?.earlier ?? [], obstacles: v?.obstacles, home: v?.home?.at,
     volume: v?.flight_volume, fence: v?.fence, rally: v?.rally_points, mission: v?.mission,
     others: others(v), active: active(v), editable: points, ring: ring(), area: route.area, rehearsed: rehearsal?.result,
-    together: together ? inMap(v) : null, target: v?.feedback?.target?.at ? v.feedback.target : null,
+    together: together ? inMap(v) : null, photos: v?.photos ?? [], target: v?.feedback?.target?.at ? v.feedback.target : null,
   };
 }
 
@@ -182,6 +184,8 @@ function show() {
   $("clear").disabled = $("save").disabled = !route.points.length;
   $("open").disabled = !v;
   $("track").disabled = !mine() || !target();
+  $("photo").disabled = $("point").disabled = !mine();
+  if (!mine() && isPointing()) setPointing(false);
   $("survey").disabled = corners().length < 3 || !v?.alive || Boolean(v.replay);
   const hint = mine() ? "Click the map for a goal, again for a route." : "Take control to fly. Click the map to draw a route.";
   setText($("route-hint"), hint);
@@ -241,11 +245,11 @@ function wrapTake() {
 }
 
 // What went wrong is also told beside the button that caused it.
-const BESIDE = { fly: "fly-answer", survey: "survey-answer", follow: "track-answer", command: "command-answer", fly_all: "together-answer" };
+const BESIDE = { fly: "fly-answer", survey: "survey-answer", follow: "track-answer", command: "command-answer", photo: "command-answer", point: "command-answer", fly_all: "together-answer" };
 
 function sayBeside(kind, text) {
-  for (const [id, element] of Object.entries(BESIDE)) {
-    const own = id === kind ? text : "";
+  for (const element of new Set(Object.values(BESIDE))) {
+    const own = BESIDE[kind] === element ? text : "";
     $(element).hidden = !own;
     setText($(element), own, true);
   }
@@ -411,6 +415,25 @@ const COMMANDS = {
   continue: () => `Continue the route at waypoint ${vehicle().interrupted.next} of ${vehicle().interrupted.waypoints} with`,
 };
 
+// The camera: neither moves the vehicle, so that they are not confirmed.
+function photo() {
+  if (needsControl()) send({ type: "photo", vehicle: chosen });
+}
+
+function setPointing(pointing) {
+  $("point").setAttribute("aria-pressed", String(pointing));
+  if (pointing) say("Click the map where the camera shall look, at the height of home.");
+}
+
+const isPointing = () => $("point").getAttribute("aria-pressed") === "true";
+
+function point(x, y) {
+  setPointing(false);
+  send({ type: "point", vehicle: chosen, x, y, z: vehicle()?.home?.at?.[2] ?? 0 });
+}
+
+const togglePointing = () => needsControl() && setPointing(!isPointing());
+
 // It is not rehearsed: nobody knows how the target moves. The vehicle has to fly already.
 function track() {
   const found = target();
@@ -453,7 +476,7 @@ function openPlan(file) {
 }
 
 function savePlan() {
-  const waypoints = route.points.map(({ x, y, z, hold }) => ({ x, y, z, hold }));
+  const waypoints = route.points.map(ofPage);
   if (waypoints.length) send({ type: "save_plan", vehicle: chosen, waypoints });
 }
 
@@ -524,6 +547,8 @@ const KEYS = [
   ["PageDown", "Lower it by 1 m", () => selectedMove(0, 0, -1)],
   ["y", "Survey the area whose corners are drawn", survey],
   ["w", "Follow the target that is named", track],
+  ["j", "Take a photo", photo],
+  ["q", "Point the camera at the next click on the map", togglePointing],
   ["u", "Undo", () => route.undo()],
   ["o", "Open a .plan", () => $("file").click()],
   ["s", "Save a .plan", savePlan],
@@ -585,7 +610,7 @@ try { kept = localStorage.getItem("theme"); } catch { /* none is kept */ }
 document.documentElement.dataset.theme = kept ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "night" : "day");
 for (const id of Object.keys(COMMANDS)) $(id).onclick = () => command(id, COMMANDS[id]);
 const CLICKS = {
-  take: takeControl, fly, undo: () => route.undo(), clear: () => route.replace([]), save: savePlan, survey, track,
+  take: takeControl, fly, undo: () => route.undo(), clear: () => route.replace([]), save: savePlan, survey, track, photo, point: togglePointing,
   open: () => $("file").click(), "mission-route": () => stored("route"), "mission-save": () => stored("file"), theme, help, hold: () => stop("hold"), cancel: () => stop("cancel"),
   "hold-all": holdAll, "fly-all": flyAll, "take-all": takeControlOfAll,
   "zoom-in": () => map.zoom(1.3), "zoom-out": () => map.zoom(1 / 1.3), fit, follow: () => map.setFollowing(!map.following),
@@ -595,13 +620,13 @@ $("file").onchange = (event) => { openPlan(event.target.files[0]); event.target.
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => { event.preventDefault(); openPlan(event.dataTransfer.files[0]); });
 map.addEventListener("place", ({ detail: { x, y } }) => {
+  if (isPointing()) return point(x, y);
   const [px, py] = map.toScreen(x, y);
   const near = others(vehicle()).find(({ at }) => {
     const [ax, ay] = map.toScreen(at[0], at[1]);
     return Math.hypot(ax - px, ay - py) <= REACH_PX;
   });
-  if (near) select(near.vehicle);
-  else place(x, y);
+  return near ? select(near.vehicle) : place(x, y);
 });
 map.addEventListener("following", () => { $("follow").setAttribute("aria-pressed", String(map.following)); draw(); });
 map.addEventListener("adopt", (event) => {

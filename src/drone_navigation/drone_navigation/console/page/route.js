@@ -1,4 +1,4 @@
-// The route that is being drawn: waypoints {x, y, z, hold}, a selection, the corners {x, y} of the
+// The route that is being drawn: waypoints {x, y, z, hold, acts}, a selection, the corners {x, y} of the
 // area whose survey it is, if it is one, and a way back.
 
 const UNDO_MAX = 100;
