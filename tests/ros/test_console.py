@@ -466,6 +466,31 @@ def test_a_hold_time_is_typed_and_steps_by_mouse_and_keyboard(page: Tab) -> None
     clear(page)
 
 
+def test_a_survey_leaves_a_hole_out_and_has_photos(page: Tab) -> None:
+    for place in ((8.0, 3.0), (12.0, 3.0), (10.0, 6.0)):
+        page.drag(on_map(page, *place))
+    page.click("hole")
+    assert waypoints(page) == []
+    for place in ((4.0, 0.0), (16.0, 0.0), (16.0, 9.0), (4.0, 9.0)):
+        page.drag(on_map(page, *place))
+    page.value(
+        "(() => { document.getElementById('spacing').value = '0';"
+        " document.getElementById('camera-focal').value = '8.8'; })()"
+    )
+    page.press("y", "KeyY")
+    page.wait(
+        "/map: 10\\d m\u00b2.* \\d+ photos/.test(document.getElementById('answer').textContent)"
+    )
+    page.press("n", "KeyN")
+    assert "photos every " in page.text("act-list")
+    page.value(
+        "(() => { document.getElementById('spacing').value = '10';"
+        " document.getElementById('camera-focal').value = '0'; })()"
+    )
+    page.click("clear")
+    assert waypoints(page) == []
+
+
 def test_a_photo_is_taken_the_camera_pointed_and_both_done_at_a_waypoint(page: Tab) -> None:
     before = ends(page)
     page.drag(on_map(page, 2.0, 2.0))

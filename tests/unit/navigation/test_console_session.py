@@ -169,6 +169,7 @@ def test_every_page_may_compute_a_survey_and_nothing_moves() -> None:
     console = Console()
     corners = [{"x": 0, "y": 0}, {"x": 10, "y": 0}, {"x": 0, "y": 10}]
     asked: dict[str, Any] = {"type": "survey", "vehicle": "/", "height": 5}
+    asked |= {"holes": [], "camera": None}
     asked |= {"spacing": 2, "speed": 0}
     told = console.send(2, **asked, corners=corners)
     assert told == {"type": "survey", "corners": ((0.0, 0.0), (10.0, 0.0), (0.0, 10.0))}

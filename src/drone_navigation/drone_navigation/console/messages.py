@@ -18,6 +18,7 @@ from navigation_bridge.configuration.checked_values import (
     RecordMember,
     either,
     items,
+    maybe,
     member,
     number,
     one_of,
@@ -34,6 +35,7 @@ __all__ = [
     "Give",
     "Hold",
     "Message",
+    "PageCamera",
     "PageCommand",
     "PageFollow",
     "PageGoal",
@@ -90,6 +92,23 @@ _WAYPOINTS = items(
 )
 
 _CORNERS = items(record(lambda x, y: (x, y), x=_COORDINATE_M, y=_COORDINATE_M), 3, WAYPOINTS_MAX)
+
+_HOLES_MAX = 50
+
+
+@dataclass(frozen=True)
+class PageCamera:
+    """A camera that looks straight down, the width of its sensor across the lines of a survey.
+
+    Overlaps are shares of a picture.
+    """
+
+    sensor_width_mm: float = member(number(0, 1000, exclusive=True), "width")
+    sensor_height_mm: float = member(number(0, 1000, exclusive=True), "height")
+    focal_length_mm: float = member(number(0, 10_000, exclusive=True), "focal")
+    side_overlap: float = member(number(0, 0.98), "side")
+    front_overlap: float = member(number(0, 0.98), "front")
+
 
 _OFFSET_M = number(-1000, 1000)
 _SYSTEMS = {str(system) for system in range(1, 256)}
@@ -269,15 +288,28 @@ class ReadPlan(_ForVehicle):
 class PlanSurvey(_ForVehicle):
     """Compute lines over an area of the vehicle's map, which the page then draws; moves nothing.
 
-    Speed 0 is the server's default.
+    Holes are left out. Speed 0 is the server's default, and a spacing of 0 that of the camera.
     """
 
     kind: ClassVar[str] = "survey"
 
     corners_enu_m: tuple[tuple[float, float], ...] = member(_CORNERS, "corners")
     height_m: float = member(number(-1e4, 1e4), "height")
-    spacing_m: float = member(number(0.1, 1e4), "spacing")
+    spacing_m: float = member(number(0, 1e4), "spacing")
     speed_m_s: float = member(number(0, 100), "speed")
+    holes_enu_m: tuple[tuple[tuple[float, float], ...], ...] = member(
+        items(_CORNERS, 0, _HOLES_MAX), "holes"
+    )
+    camera: PageCamera | None = member(maybe(record(PageCamera)))
+
+    def __post_init__(self) -> None:
+        """Reject lines whose distance nothing says.
+
+        Raises:
+            InvalidValueError: there is neither a distance nor a camera.
+        """
+        if self.spacing_m == 0.0 and self.camera is None:
+            raise InvalidValueError("A survey needs a distance of its lines, or a camera.")
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 const $ = (id) => document.getElementById(id);
 // A waypoint as it is sent.
 export const ofPage = ({ x, y, z, hold, acts }) => ({ x, y, z, hold, ...(acts?.length ? { acts } : {}) });
-const EMPTY = { points: [], selected: -1, area: [], past: [], speed: "0", laps: "1", radius: "0" };
+const EMPTY = { points: [], selected: -1, area: [], holes: [], past: [], speed: "0", laps: "1", radius: "0" };
 
 export class Drafts {
   constructor(route) {
@@ -13,8 +13,8 @@ export class Drafts {
   }
 
   current() {
-    const { points, selected, area, past } = this.route;
-    return { points, selected, area, past, speed: $("speed").value, laps: $("laps").value, radius: $("radius").value };
+    const { points, selected, area, holes, past } = this.route;
+    return { points, selected, area, holes, past, speed: $("speed").value, laps: $("laps").value, radius: $("radius").value };
   }
 
   of(name) {
@@ -26,8 +26,8 @@ export class Drafts {
     if (name === this.edited) return;
     if (this.edited) this.kept[this.edited] = this.current();
     this.edited = name;
-    const { points, selected, area, past, speed, laps, radius } = this.kept[name] ?? EMPTY;
-    Object.assign(this.route, { points: [...points], selected, area, past: [...past] });
+    const { points, selected, area, holes, past, speed, laps, radius } = this.kept[name] ?? EMPTY;
+    Object.assign(this.route, { points: [...points], selected, area, holes, past: [...past] });
     $("speed").value = speed;
     $("laps").value = laps;
     $("radius").value = radius;

@@ -119,7 +119,7 @@ function scene() {
     vehicle: v?.motion ?? null, old: !v?.alive && !v?.replay, trail: link.trails[chosen] ?? [], plan: v?.plan ?? [],
     earlier: v?.earlier ?? [], obstacles: v?.obstacles, home: v?.home?.at,
     volume: v?.flight_volume, fence: v?.fence, rally: v?.rally_points, mission: v?.mission,
-    others: others(v), active: active(v), editable: points, ring: ring(), area: route.area, rehearsed: rehearsal?.result,
+    others: others(v), active: active(v), editable: points, ring: ring(), area: route.area, holes: route.holes, rehearsed: rehearsal?.result,
     together: together ? inMap(v) : null, photos: v?.photos ?? [], target: v?.feedback?.target?.at ? v.feedback.target : null,
   };
 }
@@ -181,11 +181,13 @@ function show() {
   $("fly-all").disabled = drawn.length < 2 || !drawn.every(({ vehicle: name }) => isMine(name));
   $("take-all").disabled = !link.open || all.every(isMine);
   $("undo").disabled = !route.past.length;
-  $("clear").disabled = $("save").disabled = !route.points.length;
+  $("clear").disabled = !route.points.length && !route.holes.length;
+  $("save").disabled = !route.points.length;
   $("open").disabled = !v;
   $("track").disabled = !mine() || !target();
   $("photo").disabled = $("point").disabled = !mine();
   if (!mine() && isPointing()) setPointing(false);
+  $("hole").disabled = route.points.length < 3 || route.area.length > 0;
   $("survey").disabled = corners().length < 3 || !v?.alive || Boolean(v.replay);
   const hint = mine() ? "Click the map for a goal, again for a route." : "Take control to fly. Click the map to draw a route.";
   setText($("route-hint"), hint);
@@ -455,17 +457,29 @@ const corners = () => (route.area.length ? route.area : route.points.map(({ x, y
 function survey() {
   if ($("survey").disabled) return say("Draw three corners of the area, or more, first.", true);
   sayBeside("", "");
+  const camera = surveyCamera();
   return send({
-    type: "survey", vehicle: chosen, corners: corners(), height: $("height").valueAsNumber || 0,
-    spacing: Math.max($("spacing").valueAsNumber || 0, 0.5), speed: Math.max($("speed").valueAsNumber || 0, 0),
+    type: "survey", vehicle: chosen, corners: corners(), holes: route.holes, height: $("height").valueAsNumber || 0, camera,
+    spacing: Math.max($("spacing").valueAsNumber || 0, camera ? 0 : 0.5), speed: Math.max($("speed").valueAsNumber || 0, 0),
   });
+}
+
+// The camera of a survey; null without a focal length.
+function surveyCamera() {
+  const [width, height, focal, side, front] = ["width", "height", "focal", "side", "front"].map((name) => $(`camera-${name}`).valueAsNumber || 0);
+  return focal > 0 ? { width, height, focal, side: side / 100, front: front / 100 } : null;
+}
+
+function hole() {
+  if (!$("hole").disabled) route.makeHole();
 }
 
 link.addEventListener("survey", ({ detail }) => {
   if (detail.vehicle !== chosen) return;
-  route.replace(detail.waypoints, detail.corners.map(([x, y]) => ({ x, y })));
+  route.replace(detail.waypoints, detail.corners.map(([x, y]) => ({ x, y })), route.holes);
   fit();
-  say(`The survey is on the map: ${detail.area.toFixed(0)} m². ${detail.text}`);
+  const photos = detail.photos ? ` ${detail.photos} photos.` : "";
+  say(`The survey is on the map: ${detail.area.toFixed(0)} m². ${detail.text}${photos}`);
 });
 
 // --- plans
@@ -610,7 +624,7 @@ try { kept = localStorage.getItem("theme"); } catch { /* none is kept */ }
 document.documentElement.dataset.theme = kept ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "night" : "day");
 for (const id of Object.keys(COMMANDS)) $(id).onclick = () => command(id, COMMANDS[id]);
 const CLICKS = {
-  take: takeControl, fly, undo: () => route.undo(), clear: () => route.replace([]), save: savePlan, survey, track, photo, point: togglePointing,
+  take: takeControl, fly, undo: () => route.undo(), clear: () => route.replace([]), save: savePlan, survey, hole, track, photo, point: togglePointing,
   open: () => $("file").click(), "mission-route": () => stored("route"), "mission-save": () => stored("file"), theme, help, hold: () => stop("hold"), cancel: () => stop("cancel"),
   "hold-all": holdAll, "fly-all": flyAll, "take-all": takeControlOfAll,
   "zoom-in": () => map.zoom(1.3), "zoom-out": () => map.zoom(1 / 1.3), fit, follow: () => map.setFollowing(!map.following),

@@ -114,7 +114,9 @@ export class Map2D extends LocalMap {
     if (scene.home) this.home(context, scene.home, c);
     for (const other of scene.others) this.arrow(context, other, c.other, 9, other.name, c);
     this.waypoints(context, scene.active, c.goal, c, false);
-    if (scene.area.length) this.line(context, [...scene.area, scene.area[0]].map((p) => [p.x, p.y]), c.draft, 2, [2, 4]);
+    for (const area of [scene.area, ...scene.holes].filter((each) => each.length)) {
+      this.line(context, [...area, area[0]].map((p) => [p.x, p.y]), c.draft, 2, [2, 4]);
+    }
     this.waypoints(context, this.route.points, c.draft, c, true);
     if (scene.ring) this.ring(context, scene.ring, c);
     this.photos(context, scene.photos, c);
