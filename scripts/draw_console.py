@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from tests.support.processes import Process  # noqa: E402
-from tests.support.ros.browser import Browser, Tab  # noqa: E402
+from tests.support.ros.browser import Browser, Tab, in_box  # noqa: E402
 from tests.support.ros.ros_fleet import FleetFlight, FleetVehicle, two_ports  # noqa: E402
 
 _WIDE, _TABLET, _PHONE = (1400, 860), (1024, 768), (400, 800)
@@ -226,9 +226,8 @@ def _choose(tab: Tab, name: str) -> None:
 
 def _on_map(tab: Tab, east_m: float, north_m: float) -> tuple[float, float]:
     tab.wait("document.getElementById('map').dataset.view")
-    x, y, scale = map(float, tab.value("document.getElementById('map').dataset.view").split())
-    left, top, width, height = tab.box("map")
-    return left + width / 2 + (east_m - x) * scale, top + height / 2 - (north_m - y) * scale
+    view = tab.value("document.getElementById('map').dataset.view")
+    return in_box(tab.box("map"), view, east_m, north_m)
 
 
 def _keep(tab: Tab, picture: Path) -> None:

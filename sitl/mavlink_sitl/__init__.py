@@ -8,7 +8,7 @@ from mavlink_sitl.autopilot.parameters import UnknownParameterError
 from mavlink_sitl.autopilot.plans.plans import PlanItem, PlanType
 from mavlink_sitl.config import DEFAULT_HOME, ConfigurationError, Underway, VehicleConfig
 from mavlink_sitl.dynamics.battery import BatteryModel
-from mavlink_sitl.exchange import FurtherBattery, Severity
+from mavlink_sitl.exchange import FurtherBattery, Severity, Sighting
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.links.faults import LinkFaults
 from mavlink_sitl.links.simulated_link import SimulatedLink
@@ -18,6 +18,8 @@ from mavlink_sitl.vehicles.vehicle import SimulatedVehicle
 from mavlink_sitl.world.loader import WorldError, load_world, parse_world
 from mavlink_sitl.world.model import (
     GpsQuality,
+    Mark,
+    MarkCamera,
     MoverPath,
     Obstacle,
     RangeSensor,
@@ -35,6 +37,8 @@ __all__ = [
     "GpsQuality",
     "LinkFaults",
     "LocalFrame",
+    "Mark",
+    "MarkCamera",
     "MoverPath",
     "Obstacle",
     "PlanItem",
@@ -42,6 +46,7 @@ __all__ = [
     "RangeSensor",
     "Severity",
     "Shapes",
+    "Sighting",
     "SimulatedLink",
     "SimulatedVehicle",
     "Simulation",

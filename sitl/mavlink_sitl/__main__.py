@@ -86,7 +86,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 if summary is not None:
                     summary.watch()
 
-            runner = Runner(simulation, options.link, options.speedup, watch, reporter.warn)
+            runner = Runner(
+                simulation, options.link, options.speedup, watch, reporter.warn, options.camera
+            )
         except LinkError as error:
             print(f"mavlink_sitl: {error}", file=sys.stderr)
             return 2

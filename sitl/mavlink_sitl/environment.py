@@ -207,7 +207,13 @@ class Environment:
         nearest = int(apart.argmin())
         return TrueClearance(float(apart[nearest]), found.names[nearest], found.moves[nearest])
 
-    # Range sensors.
+    # Sensors.
+
+    def pose(self, index: int) -> tuple[Array, Array]:
+        """One vehicle's true position in the world, and the matrix from its axes to NED."""
+        motion = self._physics.motion(index, truth=True)
+        turn = range_finder.to_ned(*np.array([motion[6:9]]).T)[0]
+        return np.array(motion[:3]) + self._offset[index], turn
 
     def measure_ranges(self, index: int) -> RangeReading | None:
         """One vehicle's range sensors, or None when it has none."""

@@ -146,6 +146,18 @@ class RangeReading(NamedTuple):
     reach_down_m: float
 
 
+class Sighting(NamedTuple):
+    """What a camera has seen of the mark.
+
+    Attributes:
+        measured_us: simulated time of the picture, microseconds.
+        body_frd_m: the mark from the vehicle's middle, along its forward, right and down axes.
+    """
+
+    measured_us: int
+    body_frd_m: Vector
+
+
 class Observation(NamedTuple):
     """The inputs of an autopilot at one of its updates."""
 

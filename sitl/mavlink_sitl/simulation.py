@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import BinaryIO
 
@@ -27,12 +28,14 @@ from numpy.typing import NDArray
 from mavlink_sitl.config import ConfigurationError, VehicleConfig
 from mavlink_sitl.encounters import Encounters
 from mavlink_sitl.environment import Environment
+from mavlink_sitl.exchange import Sighting
 from mavlink_sitl.links.simulated_link import SimulatedLink
 from mavlink_sitl.physics.copter_pipeline import DT_S
 from mavlink_sitl.physics.fleets import make_fleets
 from mavlink_sitl.truth import FleetState, Truth
 from mavlink_sitl.vehicles.vehicle import SimulatedVehicle
 from mavlink_sitl.world.loader import load_world
+from mavlink_sitl.world.lookout import Lookout
 from mavlink_sitl.world.model import World
 
 __all__ = ["SimulatedLink", "SimulatedVehicle", "Simulation", "Truth", "VehicleConfig"]
@@ -106,6 +109,7 @@ class Simulation:
         for rows, _, environment in self._kinds:
             for row in rows:
                 self.vehicles[row].enter(environment)
+        self._lookouts = self._make_lookouts(seed)
 
     @property
     def time_s(self) -> float:
@@ -183,6 +187,7 @@ class Simulation:
         for rows, _, environment in self._kinds:
             if not environment.still:
                 self._step_world(rows, environment)
+        self._look(now_us)
         if tick % self._sensor_ticks == 0:
             self._step_receivers()
         for vehicle in self.vehicles:
@@ -193,6 +198,25 @@ class Simulation:
     def positions_ned_m(self) -> NDArray[np.float64]:
         """The true positions of all vehicles in one frame, that of the world, shape (N, 3)."""
         return self._encounters.positions()
+
+    def sightings(self, vehicle: int = 0) -> list[Sighting]:
+        """What a vehicle's camera has seen of the world's mark, and was not returned before."""
+        lookout = self._lookouts.get(vehicle)
+        return [] if lookout is None else lookout.results(self._now_us)
+
+    def _look(self, now_us: int) -> None:
+        for lookout in self._lookouts.values():
+            lookout.step(now_us)
+
+    def _make_lookouts(self, seed: int) -> dict[int, Lookout]:
+        mark, camera = self.world.mark, self.world.camera
+        if mark is None:
+            return {}
+        return {
+            row: Lookout(mark, camera, f"camera:{seed}:{row}", partial(environment.pose, lane))
+            for rows, _, environment in self._kinds
+            for lane, row in enumerate(rows)
+        }
 
     def _meet(self) -> None:
         for meeting in self._encounters.step(self._tick):

@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable
 
 from mavlink_sitl.links.addresses import LinkAddress
+from mavlink_sitl.links.camera_sender import CameraSender
 from mavlink_sitl.links.endpoints import LinkError, OpenLink, open_endpoint
 from mavlink_sitl.links.senders import Senders
 from mavlink_sitl.simulation import TICK_US, Simulation
@@ -36,6 +37,7 @@ class Runner:
         speedup: simulated seconds per second.
         after_each: called after each piece of simulated time, to watch it.
         warn: called with a sentence when two ground stations have one system id.
+        camera: where to send what the cameras see of the world's mark; None for nowhere.
 
     Raises:
         LinkError: a link cannot be opened.
@@ -48,6 +50,7 @@ class Runner:
         speedup: float,
         after_each: Callable[[], None],
         warn: Callable[[str], None] = lambda _: None,
+        camera: LinkAddress | None = None,
     ) -> None:
         self._simulation = simulation
         self._speedup = speedup
@@ -61,15 +64,20 @@ class Runner:
         self._wake_out.setblocking(False)
         self._selector.register(self._wake_out, selectors.EVENT_READ, lambda: None)
         self.endpoints: list[OpenLink] = []
+        self._camera: CameraSender | None = None
         try:
             for place, address in enumerate(addresses):
                 receive = functools.partial(self._receive, place)
                 self.endpoints.append(open_endpoint(address, receive))
+            if camera is not None:
+                self._camera = CameraSender(camera)
         except LinkError:
             self.close()
             raise
         for endpoint in self.endpoints:
             endpoint.register(self._selector)
+        if self._camera is not None:
+            self._camera.endpoint.register(self._selector)
         self._start_s = time.monotonic()
 
     def stop(self) -> None:
@@ -82,6 +90,8 @@ class Runner:
         """Close all sockets."""
         for endpoint in self.endpoints:
             endpoint.close()
+        if self._camera is not None:
+            self._camera.endpoint.close()
         self._selector.close()
         self._wake_in.close()
         self._wake_out.close()
@@ -115,6 +125,16 @@ class Runner:
                 for frame in link.read_datagrams():
                     for endpoint in to:
                         endpoint.send(frame)
+        if self._camera is not None:
+            self._send_sightings(self._camera)
+
+    def _send_sightings(self, camera: CameraSender) -> None:
+        simulation = self._simulation
+        for row, vehicle in enumerate(simulation.vehicles):
+            for sighting in simulation.sightings(row):
+                age_us = (simulation.time_us - sighting.measured_us) / self._speedup
+                now_us = time.time() * 1e6  # noqa: TID251 - what hears it has the time of day
+                camera.send(vehicle.system_id, sighting, round(now_us - age_us))
 
     def run(self) -> None:
         """Run until `stop` is called."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from dataclasses import replace
 
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from mavlink_sitl import VehicleConfig
 from navigation_bridge.goals.requests import LandRequest
 from navigation_core.outcomes import OutcomeCode
-from tests.support.flights.landing_flight import LandingFlight
+from tests.support.flights.landing_flight import CAMERA, LandingFlight
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 FIRMWARES = pytest.mark.parametrize(
@@ -27,6 +28,22 @@ def test_it_lands_on_the_target_in_wind(autopilot: str) -> None:
     assert end.code is OutcomeCode.SUCCESS, end.message
     assert flight.off_m < 0.3
     assert end.final_error_m == pytest.approx(flight.off_m, abs=0.3)
+
+
+@FIRMWARES
+def test_a_target_that_is_seen_late_is_where_it_was_when_the_picture_was_taken(
+    autopilot: str,
+) -> None:
+    def errors_m(delay_s: float) -> list[float]:
+        camera = replace(CAMERA, noise=0.0, loss=0.0, delay_s=delay_s)
+        flight = LandingFlight(autopilot, (12.0, 0.0, 0.0), camera=camera)
+        return flight.passed_errors_m(24.0)
+
+    prompt_m, late_m = errors_m(0.0), errors_m(0.1)
+    assert len(late_m) > 30
+    # At 3 m/s it flies 0.3 m in that time; its own estimate lags behind by 0.1 m.
+    assert statistics.median(late_m) == pytest.approx(statistics.median(prompt_m), abs=0.02)
+    assert statistics.median(late_m) < 0.15
 
 
 @FIRMWARES

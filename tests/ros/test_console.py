@@ -21,7 +21,7 @@ from drone_navigation.processes import free_udp_port, ros_environment
 from mavlink_vehicle.codec import make
 from tests.support.messages.random_console_messages import FLY, MOVING, broken
 from tests.support.processes import Process, patient_s
-from tests.support.ros.browser import CHROMIUM, Browser, Tab
+from tests.support.ros.browser import CHROMIUM, Browser, Tab, in_box
 from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal, new_domain
 from tests.support.ros.target_publisher import TargetPublisher
 from tests.support.stations import missions
@@ -82,8 +82,9 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scene]:
     folder = tmp_path_factory.mktemp("console")
     port = free_udp_port()
     links = f"gcs_links:=['udpin://127.0.0.1:{port}']"
-    lands_on_targets = ("--param", "PLND_ENABLED=1", "--param", "PLND_TYPE=1")
-    flight = Flight(folder, "--ros-args", "-p", links, "--", simulator=lands_on_targets)
+    has = ("PLND_ENABLED=1", "PLND_TYPE=1", "CAM1_TYPE=1", "MNT1_TYPE=1")
+    equipment = tuple(word for each in has for word in ("--param", each))
+    flight = Flight(folder, "--ros-args", "-p", links, "--", simulator=equipment)
     station = PymavlinkStation(port)
     console = Process("navigation_console", CONSOLE, flight.environment)
     browser = None
@@ -135,9 +136,7 @@ def on_map(tab: Tab, east_m: float, north_m: float) -> tuple[float, float]:
     while now != before and time.monotonic() < deadline_s:
         time.sleep(0.3)
         before, now = now, shown()
-    x, y, scale = map(float, now[0].split())
-    left, top, width, height = now[1]
-    return left + width / 2 + (east_m - x) * scale, top + height / 2 - (north_m - y) * scale
+    return in_box(now[1], now[0], east_m, north_m)
 
 
 def waypoints(tab: Tab) -> list[list[float]]:
@@ -193,6 +192,10 @@ def test_a_target_is_named_followed_lost_and_landed_on(scene: Scene, page: Tab) 
     flight.wait(lambda: page.value(f"{state} === 'FOLLOWING'"), _FLIGHT_S, "the target")
     assert page.value("document.getElementById('track-answer').hidden")
     assert re.search(r"target \d+\.\d m away", page.text("progress"))
+    east_m, north_m, _ = map(
+        float, page.value("document.getElementById('map').dataset.target").split()
+    )
+    assert (east_m, north_m) == pytest.approx((8.0, 3.0), abs=0.3)
     target.is_silent = True
     flight.wait(lambda: page.value(f"{state} === 'LOST'"), _FLIGHT_S, "the loss")
     page.press("c", "KeyC")
@@ -461,6 +464,62 @@ def test_a_hold_time_is_typed_and_steps_by_mouse_and_keyboard(page: Tab) -> None
         page.press("u", "KeyU")
     assert waypoints(page)[0][:2] == pytest.approx([8.0, 0.0], abs=0.3)
     clear(page)
+
+
+def test_a_survey_leaves_a_hole_out_and_has_photos(page: Tab) -> None:
+    for place in ((8.0, 3.0), (12.0, 3.0), (10.0, 6.0)):
+        page.drag(on_map(page, *place))
+    page.click("hole")
+    assert waypoints(page) == []
+    for place in ((4.0, 0.0), (16.0, 0.0), (16.0, 9.0), (4.0, 9.0)):
+        page.drag(on_map(page, *place))
+    page.value(
+        "(() => { document.getElementById('spacing').value = '0';"
+        " document.getElementById('camera-focal').value = '8.8'; })()"
+    )
+    page.press("y", "KeyY")
+    page.wait(
+        "/map: 10\\d m\u00b2.* \\d+ photos/.test(document.getElementById('answer').textContent)"
+    )
+    page.press("n", "KeyN")
+    assert "photos every " in page.text("act-list")
+    page.value(
+        "(() => { document.getElementById('spacing').value = '10';"
+        " document.getElementById('camera-focal').value = '0'; })()"
+    )
+    page.click("clear")
+    assert waypoints(page) == []
+
+
+def test_a_photo_is_taken_the_camera_pointed_and_both_done_at_a_waypoint(page: Tab) -> None:
+    before = ends(page)
+    page.drag(on_map(page, 2.0, 2.0))
+    page.drag(on_map(page, 5.0, 2.0))
+    assert not page.value("document.getElementById('acts').hidden")
+    assert page.text("acts-of") == "At waypoint 2"
+    for kind in ("point", "photo"):
+        page.value(
+            "(() => { const kind = document.getElementById('act-kind');"
+            f" kind.value = '{kind}'; kind.dispatchEvent(new Event('change')); }})()"
+        )
+        page.click("act-add")
+    assert "camera 90° down" in page.text("act-list")
+    page.press("g", "KeyG")
+    page.wait("!document.getElementById('confirm').hidden")
+    page.press(" ", "Space", 1.8)
+    page.wait(ACTIVE)
+    wait_for_end(page, before, "SUCCESS")
+    assert "Not done" not in page.text("end")
+    photos = "Number(document.getElementById('map').dataset.photos)"
+    page.wait(f"{photos} === 1")
+    page.click("photo")
+    page.wait(f"{photos} === 2")
+    answer = "document.getElementById('answer').textContent"
+    page.wait(f"{answer} === 'The camera was triggered.'")
+    page.click("point")
+    page.drag(on_map(page, 8.0, 6.0))
+    assert waypoints(page) == []
+    page.wait(f"{answer} === 'The gimbal points there.'")
 
 
 def test_a_plan_is_saved_and_dropped_on_the_page(scene: Scene, page: Tab, tmp_path: Path) -> None:

@@ -50,6 +50,9 @@ def test_a_topic_and_a_frame_are_followed_and_another_type_is_rejected(flight: F
     assert record.feedback[0].state == Follow.Feedback.ACQUIRING
     assert record.feedback[-1].state == Follow.Feedback.FOLLOWING
     assert math.isnan(record.feedback[0].distance)
+    assert math.isnan(record.feedback[0].target_position.x)
+    place = record.feedback[-1].target_position
+    assert (place.x, place.y) == pytest.approx((12.0, 5.0), abs=0.2)
     flight.wait(
         lambda: flight.node.count_subscribers("/target") == 0, 10.0, "the end of the subscription"
     )

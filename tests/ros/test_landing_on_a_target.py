@@ -10,12 +10,16 @@ import pytest
 
 from custom_interfaces.action import Land, Takeoff
 from custom_interfaces.msg import GoalCode
+from drone_navigation.processes import free_udp_port
 from tests.support.processes import Process
-from tests.support.ros.ros_flight import Flight
+from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight
 from tests.support.ros.target_publisher import TargetPublisher
 
 pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_orbit")]
 CLIENT = ["python", "-m", "drone_navigation.navigation_client"]
+
+
+TARGET = ["python", "-m", "drone_navigation.navigation_target"]
 
 
 @pytest.fixture
@@ -50,3 +54,28 @@ def test_a_client_and_the_command_land_on_a_target(flight: Flight) -> None:
     shown = Process("client", [*CLIENT, *words], flight.environment)
     flight.wait(lambda: "from the target" in shown.text, 120.0, "the end of the landing")
     assert shown.wait(30.0) == 0, shown.text
+
+
+def test_the_mark_of_a_simulated_world_is_landed_on_by_what_its_camera_sees(
+    tmp_path: Path,
+) -> None:
+    port = free_udp_port()
+    camera = ("--mark", "1.5,1", "--camera", f"udpout://127.0.0.1:{port}")
+    lands_on_targets = ("--param", "PLND_ENABLED=1", "--param", "PLND_TYPE=1")
+    flight = Flight(tmp_path, simulator=(*camera, *lands_on_targets))
+    relay = Process(
+        "navigation_target", [*TARGET, "--link", f"udpin://127.0.0.1:{port}"], flight.environment
+    )
+    try:
+        relay.wait_for("Publishes on /target", READY_TIMEOUT_S)
+        assert flight.wait_for_result(flight.send(Takeoff.Goal(height=5.0))).success
+        goal = Land.Goal(target_topic="/target", target_required=True, retries=1)
+        result = flight.wait_for_result(flight.send(goal))
+        assert result.error_code == GoalCode.SUCCESS, result.message
+        position = result.final_pose.pose.position
+        assert (position.x, position.y) == pytest.approx((1.0, 1.5), abs=0.3)
+        assert result.lateral_error < 0.3
+        assert relay.stop() == 0, relay.text
+    finally:
+        relay.stop()
+        flight.close()

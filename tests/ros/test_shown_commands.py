@@ -34,7 +34,7 @@ PAGES = sorted(
     ]
 )  # fmt: skip
 TARGETS = re.findall(r"^([a-z0-9-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE)
-OWN_PORTS = ("14540", "14550", "14551", "5760")
+OWN_PORTS = ("14540", "14550", "14551", "14560", "5760")
 NO_SERVER, USAGE = 5, 2
 LIMIT_S = 300.0
 pytestmark = [
@@ -292,6 +292,7 @@ HOW: dict[str, Callable[..., None]] = {
     "navigation_client": client,
     "navigation_server": server,
     "navigation_nav2": until_stopped,
+    "navigation_target": until_stopped,
     "navigation_report": whole,
     "tlog_export": whole,
     "tlog2mcap": whole,

@@ -42,6 +42,10 @@ def _console(_folder: Path) -> list[str]:
     return ["navigation_console", "--no-browser", "--port", "0"]
 
 
+def _target(_folder: Path) -> list[str]:
+    return ["navigation_target", "--link", f"udpin://127.0.0.1:{free_udp_port()}"]
+
+
 def _simulated_console(_folder: Path) -> list[str]:
     return ["simulated_console", "--no-browser", "--port", "0"]
 
@@ -54,7 +58,7 @@ def _demo_nav2(folder: Path) -> list[str]:
     return ["demo_nav2", "--out", str(folder)]
 
 
-PROGRAMS = (_server, _trial, _console, _simulated_console, _demo, _nav2, _demo_nav2)
+PROGRAMS = (_server, _trial, _console, _target, _simulated_console, _demo, _nav2, _demo_nav2)
 
 
 @pytest.fixture

@@ -27,6 +27,7 @@ from drone_navigation.client.terminal.keys import Key
 from drone_navigation.console.options import make_parser as console_parser
 from drone_navigation.demo import make_parser as demo_parser
 from drone_navigation.navigation_nav2 import make_parser as nav2_parser
+from drone_navigation.navigation_target import make_parser as target_parser
 from drone_navigation.ros2_command import make_parser as ros2_parser
 from drone_navigation.server.options import make_parser as server_parser
 from drone_navigation.tlog2mcap import make_parser as bag_parser
@@ -63,6 +64,7 @@ PROGRAMS: dict[str, Callable[[], ArgumentParser | ClientParser]] = {
     "navigation_client": ClientParser,
     "navigation_console": console_parser,
     "navigation_nav2": nav2_parser,
+    "navigation_target": target_parser,
     "navigation_report": report_parser,
     "tlog_export": export_parser,
     "tlog2mcap": bag_parser,

@@ -233,10 +233,16 @@ SETTABLE_CLOCKS = {
         "goals meanwhile"
     },
     "src/drone_navigation/drone_navigation/nav2/other_servers.py": {"time_ns": "the same"},
+    "src/drone_navigation/drone_navigation/navigation_target.py": {
+        "get_clock": "stamps, and the age of those that a camera has given"
+    },
     "src/mavlink_vehicle/mavlink_vehicle/io/signing_key.py": {
         "time": "the time that MAVLink signs with, which never goes back"
     },
     "src/mavlink_vehicle/mavlink_vehicle/io/tlog.py": {"time": _RECORDED},
+    "sitl/mavlink_sitl/wall_clock_link.py": {
+        "time": "the time of a simulated camera's picture, for a receiver on another clock"
+    },
 }
 _CLOCKS = frozenset({"create_timer", "create_rate", "get_clock", "Clock", "ROSClock", "Rate"})
 _OF_TIME = frozenset({"time", "time_ns", "clock_gettime"})

@@ -24,7 +24,7 @@ from mavlink_sitl.links.addresses import AddressError, LinkAddress, parse_addres
 from mavlink_sitl.links.faults import LinkFaults
 from mavlink_sitl.mavlink.codec import MAVLINK_1
 from mavlink_sitl.world.loader import WorldError, load_world
-from mavlink_sitl.world.model import Wind, World, wind_from
+from mavlink_sitl.world.model import Mark, Wind, World, wind_from
 
 
 class PrintVersion(argparse.Action):
@@ -45,6 +45,7 @@ class PrintVersion(argparse.Action):
 
 APART_M = 10.0
 DEFAULT_LINK = "udpout://127.0.0.1:14550"
+DEFAULT_CAMERA = "udpout://127.0.0.1:14560"
 DEFAULT_PX4_LINKS = (DEFAULT_LINK, "udpout://127.0.0.1:14540")
 ONBOARD_PORTS = range(14540, 14550)
 """PX4 speaks to companion computers on these, with other streams than to ground stations"""
@@ -116,6 +117,18 @@ def _wind(text: str) -> Wind:
             f"wind must be 0 to 60 m/s and gusts 0 to 30 m/s, not {text!r}"
         )
     return wind_from(speed, from_deg, gust_m_s=sum(gust))
+
+
+def _mark(text: str) -> Mark:
+    north, east = _numbers(text, "NORTH,EAST")
+    return Mark((north, east))
+
+
+def _camera(text: str) -> LinkAddress:
+    try:
+        return parse_address(text)
+    except AddressError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def _world(path: str) -> World:
@@ -310,6 +323,20 @@ def make_parser() -> argparse.ArgumentParser:
         "worlds/; default: flat ground, no wind)",
     )
     add(
+        "--mark",
+        type=_mark,
+        metavar="NORTH,EAST",
+        help="put a mark for landings on the ground, metres from the world's origin, in place of "
+        "the world's; a camera below each vehicle looks for it (default: none)",
+    )
+    add(
+        "--camera",
+        type=_camera,
+        metavar="ADDRESS",
+        help="link on which the cameras report the mark, as LANDING_TARGET (default: "
+        f"{DEFAULT_CAMERA} with --mark, else none)",
+    )
+    add(
         "--param",
         action="append",
         type=_parameter,
@@ -410,6 +437,11 @@ def parse(arguments: Sequence[str]) -> tuple[argparse.Namespace, VehicleConfig]:
     options = parser.parse_args(_joined(arguments))
     if options.wind is not None:
         options.world = replace(options.world, wind=options.wind)
+    if options.mark is not None:
+        options.world = replace(options.world, mark=options.mark)
+        options.camera = options.camera or parse_address(DEFAULT_CAMERA)
+    elif options.camera is not None and options.world.mark is None:
+        parser.error("a camera needs a mark to look for: give --mark NORTH,EAST")
     defaults = DEFAULT_PX4_LINKS if options.autopilot == "px4" else (DEFAULT_LINK,)
     links = options.link or [_link(link) for link in defaults]
     options.roles = [role for role, _ in links]
@@ -427,7 +459,7 @@ def _joined(arguments: Sequence[str]) -> list[str]:
     waiting = list(arguments)
     while waiting:
         word = waiting.pop(0)
-        if word in ("--home", "--wind", "--underway") and waiting:
+        if word in ("--home", "--wind", "--underway", "--mark") and waiting:
             word = f"{word}={waiting.pop(0)}"
         joined.append(word)
     return joined

@@ -17,6 +17,8 @@ from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.world.model import (
     GpsQuality,
     Ground,
+    Mark,
+    MarkCamera,
     MoverPath,
     Obstacle,
     RangeSensor,
@@ -159,7 +161,7 @@ def _world(data: dict[str, Any]) -> World:
     )
     ground = _ground(data.get("ground", {}))
     obstacles = [_obstacle(item, i) for i, item in enumerate(data.get("obstacles", []))]
-    sensor = data.get("range_sensor")
+    sensor, mark = data.get("range_sensor"), data.get("mark")
     return World(
         name=data.get("name", "world"),
         origin=GeoPoint(**data["origin"]) if "origin" in data else None,
@@ -168,6 +170,8 @@ def _world(data: dict[str, Any]) -> World:
         obstacles=tuple(obstacles),
         gps=GpsQuality(**data.get("gps", {})),
         range_sensor=None if sensor is None and not obstacles else RangeSensor(**(sensor or {})),
+        mark=None if mark is None else Mark(tuple(mark["at_m"]), mark.get("height_m", 0.0)),
+        camera=MarkCamera(**data.get("camera", {})),
     )
 
 

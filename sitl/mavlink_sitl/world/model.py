@@ -141,6 +141,38 @@ class RangeSensor:
 
 
 @dataclass(frozen=True)
+class Mark:
+    """A mark on the ground, for landings.
+
+    Attributes:
+        at_m: its middle.
+        height_m: above the origin.
+    """
+
+    at_m: Place
+    height_m: float = 0.0
+
+
+@dataclass(frozen=True)
+class MarkCamera:
+    """The camera with which each vehicle looks for the mark: fixed to it, straight down.
+
+    Attributes:
+        rate_hz: pictures per second.
+        half_view_deg: greatest angle of the mark from the camera's axis.
+        noise: standard deviation of the measured position on each axis, as a share of its distance.
+        loss: share of the pictures in which the mark is not found.
+        delay_s: from the picture to its result.
+    """
+
+    rate_hz: float = 10.0
+    half_view_deg: float = 45.0
+    noise: float = 0.01
+    loss: float = 0.1
+    delay_s: float = 0.1
+
+
+@dataclass(frozen=True)
 class World:
     """Everything around the vehicles. The empty one is a plain in still air."""
 
@@ -151,3 +183,5 @@ class World:
     obstacles: tuple[Obstacle, ...] = ()
     gps: GpsQuality = GpsQuality()
     range_sensor: RangeSensor | None = None
+    mark: Mark | None = None
+    camera: MarkCamera = MarkCamera()

@@ -84,7 +84,7 @@ def test_the_role_of_a_link_is_given_or_follows_from_its_port(
         ("--battery resistance=-1", "resistance must be 0 to 10 ohm"),
         ("--wind 5", "write SPEED_M_S,FROM_DEG as numbers, not '5'"),
         ("--param RTL_ALT", "write NAME=NUMBER, not 'RTL_ALT'"),
-        ("--param NO_SUCH=1", "no parameter 'NO_SUCH' among 1343"),
+        ("--param NO_SUCH=1", "no parameter 'NO_SUCH' among 1345"),
         ("--param RTL_ALT=nan", "must be a finite number"),
         ("--no-such-option", "unrecognized arguments: --no-such-option"),
     ],

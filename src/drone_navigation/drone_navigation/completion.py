@@ -11,7 +11,7 @@ from pathlib import Path
 
 import shtab
 
-from drone_navigation import tlog2mcap
+from drone_navigation import navigation_target, tlog2mcap
 from drone_navigation.client import options as client_options
 from drone_navigation.console import options as console_options
 from drone_navigation.server import options as server_options
@@ -35,6 +35,7 @@ def completion() -> str:
         make_client_parser(),
         server_options.make_parser(),
         console_options.make_parser(),
+        navigation_target.make_parser(),
         navigation_report.make_parser(),
         tlog2mcap.make_parser(),
         export_command.make_parser(),

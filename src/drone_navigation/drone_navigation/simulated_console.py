@@ -1,4 +1,4 @@
-"""``make console``: simulator, navigation server and console, until Ctrl-C."""
+"""``make console``: simulator, navigation server, a camera's target and console, until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -6,17 +6,20 @@ import sys
 import tempfile
 from pathlib import Path
 
-from drone_navigation.processes import ProcessError, ProcessGroup
+from drone_navigation.processes import ProcessError, ProcessGroup, free_udp_port
 
 EXIT_OK = 0
 EXIT_FAILED = 1
 _CONSOLE = "drone_navigation.navigation_console"
+_TARGET = ["python", "-m", "drone_navigation.navigation_target"]
+# An ArduCopter takes no targets without these.
+_LANDS_ON_TARGETS = ["--param", "PLND_ENABLED=1", "--param", "PLND_TYPE=1"]
 _SERVER = Path("bridge_config/simulated/ardupilot_copter.yaml")
 _WORLD = Path("bridge_config/worlds/demo.yaml")
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run all three; the arguments are the console's. Return its exit code."""
+    """Run all of them; the arguments are the console's. Return its exit code."""
     arguments = sys.argv[1:] if args is None else args
     for path in (_SERVER, _WORLD):
         if not path.exists():
@@ -25,10 +28,14 @@ def main(args: list[str] | None = None) -> int:
     with tempfile.TemporaryDirectory() as folder:
         server = ["--config", str(_SERVER), "--tlog", str(Path(folder, "flight.tlog"))]
         # A vehicle whose server hangs flies on for one second instead of three.
-        simulator = ["--world", str(_WORLD), "--param", "GUID_TIMEOUT=1"]
+        simulator = ["--world", str(_WORLD), "--param", "GUID_TIMEOUT=1", *_LANDS_ON_TARGETS]
+        camera = f"//127.0.0.1:{free_udp_port()}"
+        simulator += ["--camera", f"udpout:{camera}"]
         try:
             with ProcessGroup() as group:
                 environment = group.start_vehicle(server, simulator)
+                target = [*_TARGET, "--link", f"udpin:{camera}"]
+                group.start("navigation_target", target, environment)
                 return group.run_in_terminal([_CONSOLE, *arguments], environment, ends_itself=True)
         except ProcessError as error:
             print(f"The console was not started: {error}", file=sys.stderr)

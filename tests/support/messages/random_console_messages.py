@@ -28,6 +28,7 @@ FOLLOW = {
     "left": 0.0,
     "above": 5.0,
     "least": 0.0,
+    "in_map": False,
     "speed": 0.0,
 }
 LAND = {
@@ -48,6 +49,8 @@ MOVING: tuple[dict[str, Any], ...] = (
     {"type": "command", "vehicle": "/", "name": "resume", "confirmed": "held"},
     {"type": "command", "vehicle": "/", "name": "continue", "confirmed": "slide"},
     {"type": "command", "vehicle": "/", "name": "pause"},
+    {"type": "photo", "vehicle": "/"},
+    {"type": "point", "vehicle": "/", "x": 4.0, "y": -3.0, "z": 0.0},
 )
 """Good messages that need control."""
 

@@ -34,6 +34,26 @@ _ANSWER_S = 30.0
 _LOOK_S = 0.1
 
 
+def in_box(
+    box: tuple[float, float, float, float], view: str, east_m: float, north_m: float
+) -> tuple[float, float]:
+    """Return where a place of the map is on the page, in pixels.
+
+    Args:
+        box: of the map: left, top, width and height.
+        view: its middle, east and north in metres, and its pixels for each metre.
+        east_m: of the place.
+        north_m: of the place.
+    """
+    x, y, scale = map(float, view.split())
+    left, top, width, height = box
+    off_x, off_y = (east_m - x) * scale, (north_m - y) * scale
+    # A click beside the map would be lost without a word.
+    share = max(abs(off_x) / width, abs(off_y) / height)
+    assert share < 0.5, f"East {east_m}, north {north_m} m is not on the map that shows {view}."
+    return left + width / 2 + off_x, top + height / 2 - off_y
+
+
 class Browser:
     """A browser with a profile of its own."""
 

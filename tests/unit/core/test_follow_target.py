@@ -70,6 +70,12 @@ class Chase(SteeredVehicle):
             self.fastest_m_s = max(self.fastest_m_s, norm(self.velocity))
 
     @property
+    def shown_target_enu_m(self) -> Vector3 | None:
+        follow = self.task.progress(self.seen, self.now).follow
+        assert follow is not None
+        return follow.position_enu_m
+
+    @property
     def state(self) -> FollowState:
         follow = self.task.progress(self.seen, self.now).follow
         assert follow is not None
@@ -89,10 +95,12 @@ def east(speed_m_s: float, start: Vector3 = (20.0, 0.0, 0.0)) -> Motion:
 def test_a_place_behind_a_moving_target_is_kept() -> None:
     chase = Chase(motion=east(5.0, (-60.0, 0.0, 0.0)), position_enu_m=(-70.0, 0.0, 5.0))
     assert chase.state is FollowState.ACQUIRING
+    assert chase.shown_target_enu_m is None
     chase.run(15.0)
     assert chase.state is FollowState.FOLLOWING
     assert chase.status is Status.NAVIGATING
     assert chase.error_m((-6.0, 0.0, 4.0)) < 0.3
+    assert chase.shown_target_enu_m == pytest.approx(chase.target, abs=0.3)
     assert chase.nearest_m > 3.0
     assert chase.fastest_m_s < 8.0
     assert chase.seen.yaw_enu_rad == pytest.approx(0.0, abs=0.05)

@@ -21,6 +21,8 @@ from drone_navigation.console.messages import (
     PageCommand,
     PageFollow,
     PageGoal,
+    PagePhoto,
+    PagePoint,
     RateLimit,
     RejectedError,
     Take,
@@ -167,7 +169,8 @@ def test_good_messages_are_read() -> None:
     assert isinstance(flown, PageGoal)
     assert flown.waypoints[0].position_enu_m == (5.0, 1.0, 4.0)
     for message in MOVING:
-        assert isinstance(parse(json.dumps(message)), (PageGoal, PageCommand, PageFollow))
+        kinds = (PageGoal, PageCommand, PageFollow, PagePhoto, PagePoint)
+        assert isinstance(parse(json.dumps(message)), kinds)
 
 
 @pytest.mark.parametrize("confirmed", ["click", "", None, True, 1])

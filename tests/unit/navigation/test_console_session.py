@@ -14,6 +14,8 @@ from drone_navigation.console.messages import (
     PageCommand,
     PageFollow,
     PageGoal,
+    PagePhoto,
+    PagePoint,
     PageWaypoint,
     PlanSurvey,
     Rehearse,
@@ -50,6 +52,9 @@ class FakePilots:
 
     def replay(self, replay: Replay, answer: Any) -> None:
         self.stopped.append(f"replay {replay.name} {replay.value:g}")
+
+    def payload(self, asked: PagePhoto | PagePoint, answer: Any) -> None:
+        self.moved.append(asked.kind)
 
     def survey(self, asked: PlanSurvey, tell: Any, answer: Any) -> None:
         tell({"type": "survey", "corners": asked.corners_enu_m})
@@ -164,6 +169,7 @@ def test_every_page_may_compute_a_survey_and_nothing_moves() -> None:
     console = Console()
     corners = [{"x": 0, "y": 0}, {"x": 10, "y": 0}, {"x": 0, "y": 10}]
     asked: dict[str, Any] = {"type": "survey", "vehicle": "/", "height": 5}
+    asked |= {"holes": [], "camera": None}
     asked |= {"spacing": 2, "speed": 0}
     told = console.send(2, **asked, corners=corners)
     assert told == {"type": "survey", "corners": ((0.0, 0.0), (10.0, 0.0), (0.0, 10.0))}

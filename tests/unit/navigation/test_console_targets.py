@@ -25,7 +25,7 @@ from navigation_bridge.names import FOLLOW_ACTION_NAME
 def test_each_source_is_sent_with_its_offset(
     source: str, name: str, sent: tuple[str, str, int]
 ) -> None:
-    asked = PageFollow("/", source, name, -10.0, 2.0, 5.0, 3.0, 4.0)
+    asked = PageFollow("/", source, name, -10.0, 2.0, 5.0, 3.0, 4.0, in_map=False)
     action, goal, waypoints = action_goal(asked)
     assert (action, waypoints) == (FOLLOW_ACTION_NAME, ())
     assert isinstance(goal, Follow.Goal)
@@ -33,6 +33,9 @@ def test_each_source_is_sent_with_its_offset(
     assert (goal.offset.x, goal.offset.y, goal.offset.z) == (-10.0, 2.0, 5.0)
     assert goal.offset_frame == Follow.Goal.OFFSET_TARGET
     assert (goal.least_distance, goal.max_speed) == (3.0, 4.0)
+    _, goal, _ = action_goal(replace(asked, in_map=True))
+    assert isinstance(goal, Follow.Goal)
+    assert goal.offset_frame == Follow.Goal.OFFSET_MAP
 
 
 def test_a_landing_has_its_target_or_nothing_at_all() -> None:
@@ -45,12 +48,15 @@ def test_a_landing_has_its_target_or_nothing_at_all() -> None:
 
 def test_the_feedback_has_the_state_and_the_distance_of_the_target() -> None:
     told = Follow.Feedback(distance=math.nan, target_age=math.inf, current_status="NAVIGATING")
+    told.target_position.x = math.nan
     shown = feedback(FOLLOW_ACTION_NAME, told)
-    assert shown["target"] == {"state": "ACQUIRING", "distance": None, "age": None}
+    assert shown["target"] == {"state": "ACQUIRING", "at": None, "distance": None, "age": None}
     assert shown["distance"] is None
     told = Follow.Feedback(state=Follow.Feedback.LOST, distance=6.84, target_age=3.2)
+    told.target_position.x, told.target_position.y = 4.0, -2.5
     assert feedback(FOLLOW_ACTION_NAME, told)["target"] == {
         "state": "LOST",
+        "at": [4.0, -2.5, 0.0],
         "distance": 6.8,
         "age": 3.2,
     }

@@ -70,6 +70,7 @@ def test_each_program_ends_with_the_sentence(
         ["navigation_server"],
         pytest.param(["navigation_client", "status"], marks=pytest.mark.wide),
         pytest.param(["navigation_console"], marks=pytest.mark.wide),
+        pytest.param(["navigation_target"], marks=pytest.mark.wide),
         pytest.param(["navigation_nav2"], marks=[pytest.mark.wide, NEEDS_NAV2]),
         pytest.param(["ros2", "node", "list"], marks=pytest.mark.wide),
     ],

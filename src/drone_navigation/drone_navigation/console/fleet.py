@@ -16,12 +16,15 @@ from drone_navigation.console.messages import (
     PageCommand,
     PageFollow,
     PageGoal,
+    PagePhoto,
+    PagePoint,
     PlanSurvey,
     Rehearse,
     RehearseTogether,
     Replay,
 )
 from drone_navigation.console.page_types import Tell
+from drone_navigation.console.payload.payload_requests import ask_payload
 from drone_navigation.console.rehearsing.joint_rehearsal import JointRehearsal
 from drone_navigation.console.rehearsing.rehearsals import Rehearsals
 from drone_navigation.console.requests import Answer, VehicleRequests
@@ -118,6 +121,11 @@ class Fleet:
         """Send a goal, a route, or a target to follow; `by` names the page."""
         self.post(lambda: self._with(order.vehicle, lambda v: v.fly(order, by, answer), answer))
 
+    def payload(self, asked: PagePhoto | PagePoint, answer: Answer) -> None:
+        """Take a photo, or point the gimbal."""
+        act = partial(ask_payload, asked=asked, answer=answer)
+        self.post(lambda: self._with(asked.vehicle, act, answer))
+
     def survey(self, asked: PlanSurvey, tell: Tell, answer: Answer) -> None:
         """Compute lines over an area, which moves nothing."""
         act = partial(ask_for_survey, asked=asked, tell=tell, answer=answer)
@@ -164,7 +172,8 @@ class Fleet:
             return
         self._unready.pop(by, None)
         if known.server:
-            self._rehearsals.begin(by, order, known.values, tell, known.lacks, lose_link)
+            acts = ("the acts at waypoints",) if any(w.acts for w in order.waypoints) else ()
+            self._rehearsals.begin(by, order, known.values, tell, known.lacks + acts, lose_link)
         else:
             # With the defaults it would claim rejections that the server does not make.
             about = {"vehicle": order.vehicle, "number": order.number}

@@ -9,6 +9,7 @@ import json
 from dataclasses import dataclass
 from typing import Any, ClassVar, NoReturn, TypeAlias
 
+from drone_navigation.console.acts.page_acts import ACTS_MAX, PAGE_ACT, PageAct
 from navigation_bridge.configuration.checked_values import (
     FLAG,
     TEXT,
@@ -17,6 +18,7 @@ from navigation_bridge.configuration.checked_values import (
     RecordMember,
     either,
     items,
+    maybe,
     member,
     number,
     one_of,
@@ -33,9 +35,12 @@ __all__ = [
     "Give",
     "Hold",
     "Message",
+    "PageCamera",
     "PageCommand",
     "PageFollow",
     "PageGoal",
+    "PagePhoto",
+    "PagePoint",
     "PageWaypoint",
     "PlanSurvey",
     "RateLimit",
@@ -66,25 +71,44 @@ class RejectedError(ValueError):
 
 @dataclass(frozen=True)
 class PageWaypoint:
-    """A waypoint in the vehicle's map: ENU metres; hold time in s, 0 to fly through."""
+    """A waypoint in the vehicle's map: ENU metres; hold time in s, 0 to fly through; its acts."""
 
     position_enu_m: Vector3
     hold_time_s: float
+    acts: tuple[PageAct, ...] = ()
 
 
 _WAYPOINTS = items(
     record(
-        lambda x, y, z, hold: PageWaypoint((x, y, z), hold),
+        lambda x, y, z, hold, acts=(): PageWaypoint((x, y, z), hold, acts),
         x=_COORDINATE_M,
         y=_COORDINATE_M,
         z=_COORDINATE_M,
         hold=RecordMember(number(0, 3600), required=True),
+        acts=RecordMember(items(PAGE_ACT, 0, ACTS_MAX)),
     ),
     1,
     WAYPOINTS_MAX,
 )
 
 _CORNERS = items(record(lambda x, y: (x, y), x=_COORDINATE_M, y=_COORDINATE_M), 3, WAYPOINTS_MAX)
+
+_HOLES_MAX = 50
+
+
+@dataclass(frozen=True)
+class PageCamera:
+    """A camera that looks straight down, the width of its sensor across the lines of a survey.
+
+    Overlaps are shares of a picture.
+    """
+
+    sensor_width_mm: float = member(number(0, 1000, exclusive=True), "width")
+    sensor_height_mm: float = member(number(0, 1000, exclusive=True), "height")
+    focal_length_mm: float = member(number(0, 10_000, exclusive=True), "focal")
+    side_overlap: float = member(number(0, 0.98), "side")
+    front_overlap: float = member(number(0, 0.98), "front")
+
 
 _OFFSET_M = number(-1000, 1000)
 _SYSTEMS = {str(system) for system in range(1, 256)}
@@ -181,8 +205,8 @@ class PageGoal(_Order):
 class PageFollow(_ForVehicle):
     """Follow a target of a topic, a frame of TF or a MAVLink system, by its name or number.
 
-    The place beside it is ahead, left of and above the target; a least distance of 0 and a speed of
-    0 are the server's defaults.
+    The place beside it is ahead, left of and above the target, or in the map to the east, to the
+    north and above; a least distance of 0 and a speed of 0 are the server's defaults.
     """
 
     kind: ClassVar[str] = "follow"
@@ -194,6 +218,7 @@ class PageFollow(_ForVehicle):
     above_m: float = member(_OFFSET_M, "above")
     least_distance_m: float = member(number(0, 1000), "least")
     speed_m_s: float = member(number(0, 100), "speed")
+    in_map: bool = member(FLAG)
 
     def __post_init__(self) -> None:
         """Reject a target without a name.
@@ -205,6 +230,23 @@ class PageFollow(_ForVehicle):
             raise InvalidValueError("A target to follow needs its topic, frame or system.")
         if self.source == "system" and self.target not in _SYSTEMS:
             raise InvalidValueError("A MAVLink system is a number from 1 to 255.")
+
+
+class PagePhoto(_ForVehicle):
+    """Take a photo."""
+
+    kind: ClassVar[str] = "photo"
+
+
+@dataclass(frozen=True)
+class PagePoint(_ForVehicle):
+    """Point the gimbal at a position of the vehicle's map."""
+
+    kind: ClassVar[str] = "point"
+
+    east_m: float = member(number(-1e6, 1e6), "x")
+    north_m: float = member(number(-1e6, 1e6), "y")
+    up_m: float = member(number(-1e6, 1e6), "z")
 
 
 @dataclass(frozen=True)
@@ -246,15 +288,28 @@ class ReadPlan(_ForVehicle):
 class PlanSurvey(_ForVehicle):
     """Compute lines over an area of the vehicle's map, which the page then draws; moves nothing.
 
-    Speed 0 is the server's default.
+    Holes are left out. Speed 0 is the server's default, and a spacing of 0 that of the camera.
     """
 
     kind: ClassVar[str] = "survey"
 
     corners_enu_m: tuple[tuple[float, float], ...] = member(_CORNERS, "corners")
     height_m: float = member(number(-1e4, 1e4), "height")
-    spacing_m: float = member(number(0.1, 1e4), "spacing")
+    spacing_m: float = member(number(0, 1e4), "spacing")
     speed_m_s: float = member(number(0, 100), "speed")
+    holes_enu_m: tuple[tuple[tuple[float, float], ...], ...] = member(
+        items(_CORNERS, 0, _HOLES_MAX), "holes"
+    )
+    camera: PageCamera | None = member(maybe(record(PageCamera)))
+
+    def __post_init__(self) -> None:
+        """Reject lines whose distance nothing says.
+
+        Raises:
+            InvalidValueError: there is neither a distance nor a camera.
+        """
+        if self.spacing_m == 0.0 and self.camera is None:
+            raise InvalidValueError("A survey needs a distance of its lines, or a camera.")
 
 
 @dataclass(frozen=True)
@@ -289,8 +344,8 @@ class Replay(_ForVehicle):
 
 
 VehicleMessage: TypeAlias = (
-    Take | Give | Hold | Cancel | PageCommand | PageGoal | PageFollow | Rehearse | ReadPlan
-    | SavePlan | ConvertMission | PlanSurvey | Replay
+    Take | Give | Hold | Cancel | PageCommand | PageGoal | PageFollow | PagePhoto | PagePoint
+    | Rehearse | ReadPlan | SavePlan | ConvertMission | PlanSurvey | Replay
 )  # fmt: skip
 Message: TypeAlias = Alive | RehearseTogether | VehicleMessage
 
@@ -327,6 +382,9 @@ MESSAGE: Kind[Message] = one_of(
         ),
         PageGoal.kind: record(PageGoal, _CONFIRMED),
         PageFollow.kind: record(PageFollow, _CONFIRMED),
+        # These move no vehicle.
+        PagePhoto.kind: record(PagePhoto),
+        PagePoint.kind: record(PagePoint),
         Rehearse.kind: record(Rehearse),
         RehearseTogether.kind: record(RehearseTogether),
         Replay.kind: one_of(

@@ -125,9 +125,13 @@ class DiagnosticValue(TypedDict):
 
 
 class TargetValue(TypedDict):
-    """A target that is followed: whether it is known where it is, its distance (m) and age (s)."""
+    """A target that is followed: whether it is known where it is, where, its distance and age (s).
+
+    Lengths are metres, the position is in the map.
+    """
 
     state: str
+    at: list[float] | None
     distance: float | None
     age: float | None
 

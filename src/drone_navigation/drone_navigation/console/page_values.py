@@ -234,6 +234,7 @@ def _target(message: Follow.Feedback) -> TargetValue:
     states = {message.ACQUIRING: "ACQUIRING", message.FOLLOWING: "FOLLOWING", message.LOST: "LOST"}
     return {
         "state": states.get(message.state, ""),
+        "at": point(message.target_position),
         "distance": known(message.distance, 1),
         "age": known(message.target_age, 1),
     }

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from functools import cache
 from typing import Any
 
+from drone_navigation.console.acts.page_acts import ACTS_MAX, act_command, page_act
 from drone_navigation.console.messages import PageWaypoint
-from drone_navigation.console.page_types import FenceValue, HomeValue, ItemsValue
+from drone_navigation.console.page_types import FenceValue, HomeValue, ItemsValue, JsonObject
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.positions.frames import Geodetic, LocalFrame, Projection
 from mavlink_vehicle.profiles import profile_for
+from mavlink_vehicle.profiles.equipment import EquipmentRules
 from navigation_bridge.goals.requests import AltitudeReference
 from navigation_bridge.plan_files.items import PlanError
 from navigation_bridge.plan_files.routes import parse_route
@@ -121,7 +124,7 @@ def in_map_of(
 
 def map_waypoints(
     text: str, autopilot: str, home: HomeValue | None
-) -> tuple[list[dict[str, float]], tuple[str, ...]]:
+) -> tuple[list[JsonObject], tuple[str, ...]]:
     """Return the waypoints of a plan in the vehicle's map, and notes on what was left out.
 
     Args:
@@ -135,7 +138,8 @@ def map_waypoints(
     frame, home_place = vehicle_map(autopilot, home)
     route = parse_route(text)
     notes = list(route.notes)
-    found = []
+    found: list[JsonObject] = []
+    left_out = False
     for number, waypoint in enumerate(route.waypoints, start=1):
         latitude_deg, longitude_deg, altitude_m = waypoint.position
         if waypoint.altitude_reference is AltitudeReference.GROUND:
@@ -147,11 +151,17 @@ def map_waypoints(
             altitude_m += home_place[2]
         north_m, east_m, down_m = frame.ned_m((latitude_deg, longitude_deg, altitude_m))
         place = {"x": round(east_m, 2), "y": round(north_m, 2), "z": round(-down_m, 2)}
-        found.append({**place, "hold": waypoint.hold_time_s})
+        acts = [act for act in map(page_act, waypoint.acts) if act is not None]
+        left_out = left_out or len(acts[:ACTS_MAX]) < len(waypoint.acts)
+        more = {"acts": acts[:ACTS_MAX]} if acts else {}
+        found.append({**place, "hold": waypoint.hold_time_s, **more})
     if any(w.yaw_enu_rad is not None or w.max_speed_m_s for w in route.waypoints):
         notes.append("Headings and speeds of single waypoints are left out.")
-    if any(waypoint.acts for waypoint in route.waypoints):
-        notes.append("Acts at waypoints are left out; navigation_client flies them.")
+    if left_out:
+        notes.append(
+            "Servo outputs, cameras that look at a place or a compass heading, and more "
+            f"than {ACTS_MAX} acts of a waypoint are left out; navigation_client flies them."
+        )
     return found, tuple(notes)
 
 
@@ -162,8 +172,8 @@ def make_plan(waypoints: Sequence[PageWaypoint], autopilot: str, home: HomeValue
         PlanError: nobody knows where the waypoints are.
     """
     frame, home_place = vehicle_map(autopilot, home)
-    items = []
-    for number, waypoint in enumerate(waypoints, start=1):
+    items: list[dict[str, object]] = []
+    for waypoint in waypoints:
         east_m, north_m, up_m = waypoint.position_enu_m
         latitude_deg, longitude_deg, altitude_m = frame.geodetic((north_m, east_m, -up_m))
         place = [round(latitude_deg, 8), round(longitude_deg, 8)]
@@ -174,10 +184,23 @@ def make_plan(waypoints: Sequence[PageWaypoint], autopilot: str, home: HomeValue
                 "autoContinue": True,
                 "command": mavlink.MAV_CMD_NAV_WAYPOINT,
                 "frame": mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT,
-                "doJumpId": number,
+                "doJumpId": len(items) + 1,
                 "params": [waypoint.hold_time_s, 0, 0, None, *place, height_m],
             }
         )
+        for act in waypoint.acts:
+            command = act_command(act, EquipmentRules())
+            params = [value if math.isfinite(value) else None for value in command.params]
+            items.append(
+                {
+                    "type": "SimpleItem",
+                    "autoContinue": True,
+                    "command": command.command,
+                    "frame": mavlink.MAV_FRAME_MISSION,
+                    "doJumpId": len(items) + 1,
+                    "params": [*params, *[0] * (7 - len(params))],
+                }
+            )
     return _plan(items, autopilot, home_place, [], [], [])
 
 

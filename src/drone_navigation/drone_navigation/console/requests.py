@@ -23,6 +23,7 @@ from custom_interfaces.action import (
     Navigate,
     NavigateWaypoints,
     Orbit,
+    PointGimbal,
     ReturnToLaunch,
     Takeoff,
 )
@@ -42,13 +43,14 @@ from navigation_bridge.names import (
     FOLLOW_ACTION_NAME,
     LAND_ACTION_NAME,
     ORBIT_ACTION_NAME,
+    POINT_GIMBAL_ACTION_NAME,
     RETURN_ACTION_NAME,
     SERVER_NODE_NAME,
     TAKEOFF_ACTION_NAME,
     WAYPOINTS_ACTION_NAME,
 )
 
-__all__ = ["ACTIONS", "Answer", "VehicleRequests"]
+__all__ = ["ACTIONS", "POINT_SERVICES", "Answer", "VehicleRequests"]
 
 Answer: TypeAlias = Callable[[bool, str], None]
 """Called with whether a request succeeded, and a sentence."""
@@ -66,6 +68,12 @@ ACTIONS = {
     RETURN_ACTION_NAME: ReturnToLaunch,
 }
 """Types of the actions, by name"""
+
+POINT_SERVICES = {
+    f"{POINT_GIMBAL_ACTION_NAME}/_action/send_goal": PointGimbal.Impl.SendGoalService,
+    f"{POINT_GIMBAL_ACTION_NAME}/_action/get_result": PointGimbal.Impl.GetResultService,
+}
+"""The services of the action beside goals, which ends no flight: that begins, and its result"""
 
 _COMMANDS = {
     ACTION_NAME: "The goal",
@@ -168,10 +176,10 @@ class VehicleRequests:
     # --- services ---------------------------------------------------------------------------
 
     def _service(self, name: str, kind: type[object] = Trigger, of_server: bool = False) -> Client:
-        """Return the client of a service of the vehicle's node, or of that of its server."""
+        """Return the client of a service of the vehicle, by name, or of that of its server."""
         # A server of several vehicles has one namespace less.
         root = self._root.rpartition("/")[0] if of_server else self._root
-        return self._client(f"{root}/{SERVER_NODE_NAME}/{name}", kind)
+        return self._client(f"{root}/{'' if '/' in name else SERVER_NODE_NAME + '/'}{name}", kind)
 
     def _sender(self, action: str) -> Client:
         kind = ACTIONS[action].Impl.SendGoalService
@@ -207,6 +215,9 @@ class VehicleRequests:
         """Find all services: a page has taken control."""
         for name in ("pause", "resume"):
             self._service(name)
+        self._service("trigger_camera")
+        for name, kind in POINT_SERVICES.items():
+            self._service(name, kind)
         for action in ACTIONS:
             self._sender(action)
         self._client(

@@ -18,6 +18,8 @@ from drone_navigation.console.messages import (
     PageCommand,
     PageFollow,
     PageGoal,
+    PagePhoto,
+    PagePoint,
     PlanSurvey,
     RateLimit,
     ReadPlan,
@@ -58,6 +60,9 @@ class Pilots(Protocol):
         self, order: PageGoal | PageFollow, by: str, answer: Callable[[bool, str], None]
     ) -> None:
         """Send a goal, a route, or a target to follow."""
+
+    def payload(self, asked: PagePhoto | PagePoint, answer: Callable[[bool, str], None]) -> None:
+        """Take a photo, or point the gimbal."""
 
     def survey(self, asked: PlanSurvey, tell: Tell, answer: Callable[[bool, str], None]) -> None:
         """Compute lines over an area, which moves nothing."""
@@ -168,13 +173,25 @@ class Rules:
             self.leases.give(page.number, message.vehicle)
         elif isinstance(message, (ReadPlan, SavePlan, ConvertMission)):
             self._convert(page, message)
-        elif isinstance(message, (PageCommand, PageGoal, PageFollow)):
-            if not self.leases.holds(message.vehicle, page.number, now):
-                self._deny(page, "control", "This page does not have control.")
-            elif isinstance(message, PageCommand):
-                self._pilots.command(message, page.name, answer)
-            else:
-                self._pilots.fly(message, page.name, answer)
+        else:
+            self._order(page, message, answer, now)
+
+    def _order(
+        self,
+        page: Page,
+        message: VehicleMessage,
+        answer: Callable[[bool, str], None],
+        now: float,
+    ) -> None:
+        """Pass on what only the page with control may have done."""
+        if not self.leases.holds(message.vehicle, page.number, now):
+            self._deny(page, "control", "This page does not have control.")
+        elif isinstance(message, PageCommand):
+            self._pilots.command(message, page.name, answer)
+        elif isinstance(message, (PagePhoto, PagePoint)):
+            self._pilots.payload(message, answer)
+        elif isinstance(message, (PageGoal, PageFollow)):
+            self._pilots.fly(message, page.name, answer)
 
     def _take_control(self, page: Page, message: Take, now: float) -> None:
         if self.leases.take(message.vehicle, page.number, now, over=message.over):

@@ -23,12 +23,14 @@ from custom_interfaces.msg import (
     Fence,
     GoalEvent,
     HomePosition,
+    ImageCaptured,
     ReplayStatus,
     StoredItems,
     VehicleStatus,
 )
 from drone_navigation.console import page_values, plans
 from drone_navigation.console.flight_parameters import FlightParameters
+from drone_navigation.console.payload.photos import Photos
 from drone_navigation.console.rehearsing.joint_rehearsal import RehearsedVehicle
 from drone_navigation.console.rehearsing.rehearsals import Rehearsals
 from drone_navigation.console.remarks import Remarks
@@ -103,6 +105,7 @@ class VehicleClient:
         self._plans: deque[list[list[float]]] = deque(maxlen=_PLANS)
         self._active = ""
         self._remarks = Remarks()
+        self._photos = Photos(board, namespace)
         self._player = ""
         self._replay_listener: Subscription | None = None
         self._jumps = (0, False)
@@ -117,6 +120,9 @@ class VehicleClient:
         self._listen(self._subscriptions, GoalEvent, "goal_events", self._goal_event, STREAM_QOS)
         self._listen(self._subscriptions, Path, "plan", self._plan)
         self._listen(self._subscriptions, HomePosition, "home", self._home)
+        self._listen(
+            self._subscriptions, ImageCaptured, "image_captured", self._photos.hear, STREAM_QOS
+        )
 
     def _listen(
         self,

@@ -19,7 +19,14 @@ __all__ = ["PROGRAMS", "RosStartError", "run_program"]
 _EXIT_NO_ROS = 2
 
 PROGRAMS = frozenset(
-    {"navigation_client", "navigation_console", "navigation_nav2", "navigation_server", "ros2"}
+    {
+        "navigation_client",
+        "navigation_console",
+        "navigation_nav2",
+        "navigation_server",
+        "navigation_target",
+        "ros2",
+    }
 )
 
 

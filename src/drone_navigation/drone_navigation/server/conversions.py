@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Point, PoseStamped
 
 from custom_interfaces.action import (
     Follow,
@@ -255,10 +255,13 @@ def follow_feedback(make: Callable[..., M], feedback: GoalFeedback) -> M:
     """Return the feedback of a goal that follows a target."""
     follow = feedback.follow
     state = FollowState.ACQUIRING if follow is None else follow.state
+    place = None if follow is None else follow.position_enu_m
+    x, y, z = place or (math.nan, math.nan, math.nan)
     return make(
         **_common_feedback(feedback),
         state=getattr(Follow.Feedback, state.value),
         distance=math.nan if follow is None else follow.distance_m,
+        target_position=Point(x=x, y=y, z=z),
         target_age=math.inf if follow is None else follow.age_s,
         height=_or_nan(feedback.height_m),
         replans=feedback.replans,

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 
+from navigation_core.geometry import Vector3
+
 
 class Status(str, Enum):
     """The status of a goal in its feedback."""
@@ -84,11 +86,13 @@ class FollowProgress:
         state: whether it is known where the target is.
         distance_m: distance to the target, over ground for what drives; NaN before it is known.
         age_s: time since the target was measured; infinite before that.
+        position_enu_m: where the target is expected, in the map; None before it is known.
     """
 
     state: FollowState
     distance_m: float
     age_s: float
+    position_enu_m: Vector3 | None = None
 
 
 @dataclass(frozen=True)

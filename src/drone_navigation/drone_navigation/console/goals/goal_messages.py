@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 from custom_interfaces.action import Follow, Land, Navigate, NavigateWaypoints, Orbit
 from custom_interfaces.msg import Waypoint
+from drone_navigation.console.acts.page_acts import act_message
 from drone_navigation.console.messages import PageCommand, PageFollow, PageGoal, PageWaypoint
 from navigation_bridge.names import (
     ACTION_NAME,
@@ -26,7 +27,7 @@ def action_goal(
 ) -> tuple[str, ActionGoal, Sequence[PageWaypoint]]:
     """Return an action's name, its goal, and the waypoints that it leads to.
 
-    A route has several waypoints, a hold time or laps.
+    A route has several waypoints, a hold time, acts or laps.
     """
     if isinstance(order, PageFollow):
         return FOLLOW_ACTION_NAME, _followed(order), ()
@@ -34,7 +35,8 @@ def action_goal(
     if order.radius_m:
         # The centre is no waypoint: the vehicle never comes to it.
         return ORBIT_ACTION_NAME, _circle(order), ()
-    if len(waypoints) == 1 and not waypoints[0].hold_time_s and order.laps == 1:
+    is_point = len(waypoints) == 1 and not waypoints[0].hold_time_s and not waypoints[0].acts
+    if is_point and order.laps == 1:
         goal = Navigate.Goal(max_speed=order.speed_m_s, avoid_obstacles=order.avoid_obstacles)
         goal.target_pose.header.frame_id = FRAME_MAP
         position = goal.target_pose.pose.position
@@ -67,7 +69,7 @@ def landing(command: PageCommand) -> Land.Goal:
 
 def _followed(order: PageFollow) -> Follow.Goal:
     goal = Follow.Goal(
-        offset_frame=Follow.Goal.OFFSET_TARGET,
+        offset_frame=Follow.Goal.OFFSET_MAP if order.in_map else Follow.Goal.OFFSET_TARGET,
         least_distance=order.least_distance_m,
         max_speed=order.speed_m_s,
     )
@@ -98,4 +100,5 @@ def _circle(order: PageGoal) -> Orbit.Goal:
 def _waypoint(waypoint: PageWaypoint) -> Waypoint:
     message = Waypoint(frame=Waypoint.FRAME_MAP, hold_time=waypoint.hold_time_s)
     message.position.x, message.position.y, message.position.z = waypoint.position_enu_m
+    message.acts = [act_message(act) for act in waypoint.acts]
     return message

@@ -1,7 +1,9 @@
 // The routes that are drawn, one for each vehicle; the one that is edited is in `route`.
 
 const $ = (id) => document.getElementById(id);
-const EMPTY = { points: [], selected: -1, area: [], past: [], speed: "0", laps: "1", radius: "0" };
+// A waypoint as it is sent.
+export const ofPage = ({ x, y, z, hold, acts }) => ({ x, y, z, hold, ...(acts?.length ? { acts } : {}) });
+const EMPTY = { points: [], selected: -1, area: [], holes: [], past: [], speed: "0", laps: "1", radius: "0" };
 
 export class Drafts {
   constructor(route) {
@@ -11,8 +13,8 @@ export class Drafts {
   }
 
   current() {
-    const { points, selected, area, past } = this.route;
-    return { points, selected, area, past, speed: $("speed").value, laps: $("laps").value, radius: $("radius").value };
+    const { points, selected, area, holes, past } = this.route;
+    return { points, selected, area, holes, past, speed: $("speed").value, laps: $("laps").value, radius: $("radius").value };
   }
 
   of(name) {
@@ -24,8 +26,8 @@ export class Drafts {
     if (name === this.edited) return;
     if (this.edited) this.kept[this.edited] = this.current();
     this.edited = name;
-    const { points, selected, area, past, speed, laps, radius } = this.kept[name] ?? EMPTY;
-    Object.assign(this.route, { points: [...points], selected, area, past: [...past] });
+    const { points, selected, area, holes, past, speed, laps, radius } = this.kept[name] ?? EMPTY;
+    Object.assign(this.route, { points: [...points], selected, area, holes, past: [...past] });
     $("speed").value = speed;
     $("laps").value = laps;
     $("radius").value = radius;
@@ -45,7 +47,7 @@ export class Drafts {
     const { points, speed, laps, radius } = this.of(name);
     if (!points.length) return null;
     const least = (text, low) => Math.max(Number.parseFloat(text) || 0, low);
-    const waypoints = points.map(({ x, y, z, hold }) => ({ x, y, z, hold }));
+    const waypoints = points.map(ofPage);
     return { vehicle: name, waypoints, speed: least(speed, 0), laps: Math.round(least(laps, 1)), radius: points.length === 1 ? Number.parseFloat(radius) || 0 : 0 };
   }
 }

@@ -1,8 +1,9 @@
 // Joins the socket, the map, the route and the keys.
 
+import { ActList } from "./acts.js";
 import { Alerts } from "./alerts.js";
 import { Confirm } from "./confirm.js";
-import { Drafts } from "./drafts.js";
+import { Drafts, ofPage } from "./drafts.js";
 import { FleetStrip } from "./fleet.js";
 import { Heights } from "./heights.js";
 import { Link } from "./link.js";
@@ -33,6 +34,7 @@ let heightFor = "";
 let side = { marks: [] };
 const heights = new Heights($("side"), route, () => side, (index) => map.adopt(index));
 new WaypointList($("waypoints"), route);
+new ActList(route);
 
 const replay = new Replay((message) => send({ type: "replay", vehicle: chosen, ...message }));
 const vehicle = () => link.vehicles[chosen];
@@ -117,8 +119,8 @@ function scene() {
     vehicle: v?.motion ?? null, old: !v?.alive && !v?.replay, trail: link.trails[chosen] ?? [], plan: v?.plan ?? [],
     earlier: v?.earlier ?? [], obstacles: v?.obstacles, home: v?.home?.at,
     volume: v?.flight_volume, fence: v?.fence, rally: v?.rally_points, mission: v?.mission,
-    others: others(v), active: active(v), editable: points, ring: ring(), area: route.area, rehearsed: rehearsal?.result,
-    together: together ? inMap(v) : null,
+    others: others(v), active: active(v), editable: points, ring: ring(), area: route.area, holes: route.holes, rehearsed: rehearsal?.result,
+    together: together ? inMap(v) : null, photos: v?.photos ?? [], target: v?.feedback?.target?.at ? v.feedback.target : null,
   };
 }
 
@@ -131,6 +133,7 @@ function fit() {
   const s = scene();
   const points = [...s.trail, ...s.plan, ...route.points.map((p) => [p.x, p.y]), ...s.active.map((p) => [p.x, p.y])];
   points.push(...missionPoints(s.mission).map((p) => [p.x, p.y]), ...s.others.map((other) => other.at));
+  if (s.target) points.push(s.target.at);
   if (s.ring) points.push(...[-1, 1].map((side) => s.ring.at.map((at) => at + side * s.ring.radius)));
   points.push(...(s.together?.others ?? []).flatMap((other) => other.route));
   points.push(...(s.vehicle ? [s.vehicle.at] : []), ...(s.home ? [s.home] : []));
@@ -178,9 +181,13 @@ function show() {
   $("fly-all").disabled = drawn.length < 2 || !drawn.every(({ vehicle: name }) => isMine(name));
   $("take-all").disabled = !link.open || all.every(isMine);
   $("undo").disabled = !route.past.length;
-  $("clear").disabled = $("save").disabled = !route.points.length;
+  $("clear").disabled = !route.points.length && !route.holes.length;
+  $("save").disabled = !route.points.length;
   $("open").disabled = !v;
   $("track").disabled = !mine() || !target();
+  $("photo").disabled = $("point").disabled = !mine();
+  if (!mine() && isPointing()) setPointing(false);
+  $("hole").disabled = route.points.length < 3 || route.area.length > 0;
   $("survey").disabled = corners().length < 3 || !v?.alive || Boolean(v.replay);
   const hint = mine() ? "Click the map for a goal, again for a route." : "Take control to fly. Click the map to draw a route.";
   setText($("route-hint"), hint);
@@ -240,11 +247,11 @@ function wrapTake() {
 }
 
 // What went wrong is also told beside the button that caused it.
-const BESIDE = { fly: "fly-answer", survey: "survey-answer", follow: "track-answer", command: "command-answer", fly_all: "together-answer" };
+const BESIDE = { fly: "fly-answer", survey: "survey-answer", follow: "track-answer", command: "command-answer", photo: "command-answer", point: "command-answer", fly_all: "together-answer" };
 
 function sayBeside(kind, text) {
-  for (const [id, element] of Object.entries(BESIDE)) {
-    const own = id === kind ? text : "";
+  for (const element of new Set(Object.values(BESIDE))) {
+    const own = BESIDE[kind] === element ? text : "";
     $(element).hidden = !own;
     setText($(element), own, true);
   }
@@ -410,6 +417,25 @@ const COMMANDS = {
   continue: () => `Continue the route at waypoint ${vehicle().interrupted.next} of ${vehicle().interrupted.waypoints} with`,
 };
 
+// The camera: neither moves the vehicle, so that they are not confirmed.
+function photo() {
+  if (needsControl()) send({ type: "photo", vehicle: chosen });
+}
+
+function setPointing(pointing) {
+  $("point").setAttribute("aria-pressed", String(pointing));
+  if (pointing) say("Click the map where the camera shall look, at the height of home.");
+}
+
+const isPointing = () => $("point").getAttribute("aria-pressed") === "true";
+
+function point(x, y) {
+  setPointing(false);
+  send({ type: "point", vehicle: chosen, x, y, z: vehicle()?.home?.at?.[2] ?? 0 });
+}
+
+const togglePointing = () => needsControl() && setPointing(!isPointing());
+
 // It is not rehearsed: nobody knows how the target moves. The vehicle has to fly already.
 function track() {
   const found = target();
@@ -431,17 +457,29 @@ const corners = () => (route.area.length ? route.area : route.points.map(({ x, y
 function survey() {
   if ($("survey").disabled) return say("Draw three corners of the area, or more, first.", true);
   sayBeside("", "");
+  const camera = surveyCamera();
   return send({
-    type: "survey", vehicle: chosen, corners: corners(), height: $("height").valueAsNumber || 0,
-    spacing: Math.max($("spacing").valueAsNumber || 0, 0.5), speed: Math.max($("speed").valueAsNumber || 0, 0),
+    type: "survey", vehicle: chosen, corners: corners(), holes: route.holes, height: $("height").valueAsNumber || 0, camera,
+    spacing: Math.max($("spacing").valueAsNumber || 0, camera ? 0 : 0.5), speed: Math.max($("speed").valueAsNumber || 0, 0),
   });
+}
+
+// The camera of a survey; null without a focal length.
+function surveyCamera() {
+  const [width, height, focal, side, front] = ["width", "height", "focal", "side", "front"].map((name) => $(`camera-${name}`).valueAsNumber || 0);
+  return focal > 0 ? { width, height, focal, side: side / 100, front: front / 100 } : null;
+}
+
+function hole() {
+  if (!$("hole").disabled) route.makeHole();
 }
 
 link.addEventListener("survey", ({ detail }) => {
   if (detail.vehicle !== chosen) return;
-  route.replace(detail.waypoints, detail.corners.map(([x, y]) => ({ x, y })));
+  route.replace(detail.waypoints, detail.corners.map(([x, y]) => ({ x, y })), route.holes);
   fit();
-  say(`The survey is on the map: ${detail.area.toFixed(0)} m². ${detail.text}`);
+  const photos = detail.photos ? ` ${detail.photos} photos.` : "";
+  say(`The survey is on the map: ${detail.area.toFixed(0)} m². ${detail.text}${photos}`);
 });
 
 // --- plans
@@ -452,7 +490,7 @@ function openPlan(file) {
 }
 
 function savePlan() {
-  const waypoints = route.points.map(({ x, y, z, hold }) => ({ x, y, z, hold }));
+  const waypoints = route.points.map(ofPage);
   if (waypoints.length) send({ type: "save_plan", vehicle: chosen, waypoints });
 }
 
@@ -523,6 +561,8 @@ const KEYS = [
   ["PageDown", "Lower it by 1 m", () => selectedMove(0, 0, -1)],
   ["y", "Survey the area whose corners are drawn", survey],
   ["w", "Follow the target that is named", track],
+  ["j", "Take a photo", photo],
+  ["q", "Point the camera at the next click on the map", togglePointing],
   ["u", "Undo", () => route.undo()],
   ["o", "Open a .plan", () => $("file").click()],
   ["s", "Save a .plan", savePlan],
@@ -584,7 +624,7 @@ try { kept = localStorage.getItem("theme"); } catch { /* none is kept */ }
 document.documentElement.dataset.theme = kept ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "night" : "day");
 for (const id of Object.keys(COMMANDS)) $(id).onclick = () => command(id, COMMANDS[id]);
 const CLICKS = {
-  take: takeControl, fly, undo: () => route.undo(), clear: () => route.replace([]), save: savePlan, survey, track,
+  take: takeControl, fly, undo: () => route.undo(), clear: () => route.replace([]), save: savePlan, survey, hole, track, photo, point: togglePointing,
   open: () => $("file").click(), "mission-route": () => stored("route"), "mission-save": () => stored("file"), theme, help, hold: () => stop("hold"), cancel: () => stop("cancel"),
   "hold-all": holdAll, "fly-all": flyAll, "take-all": takeControlOfAll,
   "zoom-in": () => map.zoom(1.3), "zoom-out": () => map.zoom(1 / 1.3), fit, follow: () => map.setFollowing(!map.following),
@@ -594,13 +634,13 @@ $("file").onchange = (event) => { openPlan(event.target.files[0]); event.target.
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => { event.preventDefault(); openPlan(event.dataTransfer.files[0]); });
 map.addEventListener("place", ({ detail: { x, y } }) => {
+  if (isPointing()) return point(x, y);
   const [px, py] = map.toScreen(x, y);
   const near = others(vehicle()).find(({ at }) => {
     const [ax, ay] = map.toScreen(at[0], at[1]);
     return Math.hypot(ax - px, ay - py) <= REACH_PX;
   });
-  if (near) select(near.vehicle);
-  else place(x, y);
+  return near ? select(near.vehicle) : place(x, y);
 });
 map.addEventListener("following", () => { $("follow").setAttribute("aria-pressed", String(map.following)); draw(); });
 map.addEventListener("adopt", (event) => {

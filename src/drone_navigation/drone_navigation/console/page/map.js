@@ -1,5 +1,6 @@
 // The map of the console: draws the scene, and turns clicks and drags into changes of the route.
 
+import { describedAct } from "./acts.js";
 import { colours, label } from "./colours.js";
 import { LocalMap, place } from "./local_map.js";
 import { drawRehearsal } from "./rehearsal.js";
@@ -101,6 +102,8 @@ export class Map2D extends LocalMap {
     const [context, width, height] = this.begin(c);
     this.handles(scene);
     this.element.dataset.trail = scene.trail.length;
+    this.element.dataset.photos = scene.photos.length;
+    this.element.dataset.target = scene.target?.at.join(" ") ?? "";
     this.grid(context, width, height, tiled ? { ...c, grid: c.axis, axis: c.soft } : c);
     drawScene(this, context, scene, c);
     this.obstacles(context, scene.obstacles, c);
@@ -111,9 +114,13 @@ export class Map2D extends LocalMap {
     if (scene.home) this.home(context, scene.home, c);
     for (const other of scene.others) this.arrow(context, other, c.other, 9, other.name, c);
     this.waypoints(context, scene.active, c.goal, c, false);
-    if (scene.area.length) this.line(context, [...scene.area, scene.area[0]].map((p) => [p.x, p.y]), c.draft, 2, [2, 4]);
+    for (const area of [scene.area, ...scene.holes].filter((each) => each.length)) {
+      this.line(context, [...area, area[0]].map((p) => [p.x, p.y]), c.draft, 2, [2, 4]);
+    }
     this.waypoints(context, this.route.points, c.draft, c, true);
     if (scene.ring) this.ring(context, scene.ring, c);
+    this.photos(context, scene.photos, c);
+    if (scene.target) this.target(context, scene.target, c);
     if (scene.vehicle) this.arrow(context, scene.vehicle, scene.old ? c.other : c.vehicle, 13, "", c);
     drawMeetings(this, context, scene.together, c);
     if (this.cross) this.crossHair(context, c);
@@ -207,7 +214,8 @@ export class Map2D extends LocalMap {
       context.fillStyle = chosen ? c.halo : c.ink;
       context.fillText(number, px - context.measureText(number).width / 2, py + 4);
       const hold = p.hold ? `, ${p.hold} s` : "";
-      label(context, `${p.z} m${hold}`, px + 14, py - 8, c.ink, c.halo);
+      const acts = p.acts?.length ? `, ${p.acts.length === 1 ? describedAct(p.acts[0]) : `${p.acts.length} acts`}` : "";
+      label(context, `${p.z} m${hold}${acts}`, px + 14, py - 8, c.ink, c.halo);
     });
   }
 
@@ -217,6 +225,33 @@ export class Map2D extends LocalMap {
     context.lineWidth = 2;
     context.strokeStyle = c.draft;
     context.stroke();
+  }
+
+  // Where photos were taken, as small frames.
+  photos(context, places, c) {
+    context.lineWidth = 1.5;
+    context.strokeStyle = c.ink;
+    for (const [x, y] of places) {
+      const [px, py] = this.toScreen(x, y);
+      context.strokeRect(px - 4, py - 3, 8, 6);
+    }
+  }
+
+  // The target that is followed; hollow while it is lost.
+  target(context, { at, state }, c) {
+    const [px, py] = this.toScreen(at[0], at[1]);
+    context.beginPath();
+    context.arc(px, py, 7, 0, 2 * Math.PI);
+    context.lineWidth = 2.5;
+    context.strokeStyle = c.goal;
+    context.stroke();
+    if (state === "FOLLOWING") {
+      context.beginPath();
+      context.arc(px, py, 3, 0, 2 * Math.PI);
+      context.fillStyle = c.goal;
+      context.fill();
+    }
+    label(context, state === "LOST" ? "target, lost" : "target", px + 11, py + 4, c.ink, c.halo);
   }
 
   crossHair(context, c) {

@@ -1,5 +1,5 @@
-// The route that is being drawn: waypoints {x, y, z, hold}, a selection, the corners {x, y} of the
-// area whose survey it is, if it is one, and a way back.
+// The route that is being drawn: waypoints {x, y, z, hold, acts}, a selection, the corners {x, y} of the
+// area whose survey it is, if it is one, its holes, and a way back.
 
 const UNDO_MAX = 100;
 
@@ -9,11 +9,12 @@ export class Route extends EventTarget {
     this.points = [];
     this.selected = -1;
     this.area = [];
+    this.holes = [];
     this.past = [];
   }
 
   keep() {
-    this.past.push({ points: this.points.map((point) => ({ ...point })), selected: this.selected, area: this.area });
+    this.past.push({ points: this.points.map((point) => ({ ...point })), selected: this.selected, area: this.area, holes: this.holes });
     if (this.past.length > UNDO_MAX) this.past.shift();
   }
 
@@ -63,9 +64,15 @@ export class Route extends EventTarget {
     this.changed();
   }
 
-  replace(points, area = []) {
+  // The points are the corners of a hole of the area that is drawn next.
+  makeHole() {
+    this.replace([], [], [...this.holes, this.points.map(({ x, y }) => ({ x, y }))]);
+  }
+
+  replace(points, area = [], holes = []) {
     this.keep();
     this.area = area;
+    this.holes = holes;
     this.points = points.map((point) => ({ ...point }));
     this.selected = -1;
     this.changed();

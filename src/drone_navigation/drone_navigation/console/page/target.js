@@ -10,14 +10,15 @@ export function target() {
   if (!name) return null;
   return {
     source: $("target-source").value, target: name, ahead: metres("target-ahead"), left: metres("target-left"),
-    above: metres("target-above"), least: Math.max(metres("target-least"), 0), speed: Math.max(metres("speed"), 0),
+    in_map: $("target-in-map").checked, above: metres("target-above"), least: Math.max(metres("target-least"), 0), speed: Math.max(metres("speed"), 0),
   };
 }
 
 const side = (value, positive, negative) => (value ? [`${Math.abs(value)} m ${value < 0 ? negative : positive}`] : []);
 
-export function describedTarget({ source, target: name, ahead, left, above }) {
-  const place = [...side(ahead, "ahead", "behind"), ...side(left, "left", "right"), ...side(above, "above", "below")];
+export function describedTarget({ source, target: name, ahead, left, above, in_map: inMap }) {
+  const axes = inMap ? [["to the east", "to the west"], ["to the north", "to the south"]] : [["ahead", "behind"], ["left", "right"]];
+  const place = [...side(ahead, ...axes[0]), ...side(left, ...axes[1]), ...side(above, "above", "below")];
   return `${SOURCES[source]} ${name}, ${place.join(", ") || "at no distance"}`;
 }
 

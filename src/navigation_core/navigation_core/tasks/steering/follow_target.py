@@ -68,9 +68,10 @@ class FollowTarget(SteeredTask):
         if target.is_lost(now):
             state = FollowState.LOST if target.is_known else FollowState.ACQUIRING
         gap_m = math.nan
-        if target.is_known and observation.position_enu_m is not None:
-            gap_m = self._guide.gap_m(observation.position_enu_m, target.position_at(now))
-        follow = FollowProgress(state, gap_m, target.age_s(now))
+        place = target.position_at(now) if target.is_known else None
+        if place is not None and observation.position_enu_m is not None:
+            gap_m = self._guide.gap_m(observation.position_enu_m, place)
+        follow = FollowProgress(state, gap_m, target.age_s(now), place)
         blocked, status = progress.blocked, progress.status
         if status is Status.NAVIGATING and self._path.blocked:
             status, blocked = Status.BLOCKED, self._path.blocked

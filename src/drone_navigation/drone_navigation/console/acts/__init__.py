@@ -1,0 +1,1 @@
+"""Acts at the waypoints of a page's route."""

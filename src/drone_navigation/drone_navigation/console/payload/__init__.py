@@ -1,0 +1,1 @@
+"""The camera and the gimbal of a vehicle, for pages."""
