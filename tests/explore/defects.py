@@ -306,7 +306,8 @@ MUTANTS: tuple[Mutant, ...] = (
            "        yaw=math.degrees(setpoint.yaw_ned_rad) if"),
     # --- targets
     Mutant("a lost target is landed on", _LANDING,
-           "        return target.is_lost(now) and here[2] - floor_m > _COMMITTED_M",
+           "        return target.is_lost(now) and not _is_low("
+           "here[2], target, observation.ground_enu_m)",
            "        return False"),
     Mutant("a target that is required is not needed", _LANDING,
            "            if self._goal.is_required:\n                text = f\"{text} The",
