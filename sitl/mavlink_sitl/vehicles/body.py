@@ -44,7 +44,7 @@ class VehicleBody:
         self._gps_offset_ned_m = (0.0, 0.0, 0.0)
         self._gps_believed_ned_m = (0.0, 0.0, 0.0)
         """The offset that the estimator follows"""
-        self._resets = 0
+        self._resets = self._regains = 0
         self._external_at_us = -EXTERNAL_LOST_US
         self._gps_reading: tuple[object, GpsReading] | None = None
         """The inputs of the latest reading, and the reading"""
@@ -166,8 +166,11 @@ class VehicleBody:
         (north, east, _), believed = self._gps_offset_ned_m, self._gps_believed_ned_m
         return math.hypot(north - believed[0], east - believed[1])
 
-    def _follow_resets(self, resets: int) -> None:
-        """The firmware's estimator gives in to the receiver."""
+    def _follow_resets(self, resets: int, regains: int) -> None:
+        """The firmware's estimator gives in to the receiver, or has it again."""
+        if regains != self._regains:
+            self._regains = regains
+            self._physics.regain_position(self._lane)
         if resets != self._resets:
             self._resets = resets
             self._gps_believed_ned_m = self._gps_offset_ned_m
@@ -176,8 +179,6 @@ class VehicleBody:
     def _set_fix(self, fix: bool) -> None:
         physics = self._physics
         physics.gps_fix = physics.with_value(physics.gps_fix, self._lane, fix)
-        if fix:
-            physics.regain_position(self._lane)
 
     def force_voltage(self, voltage_v: float) -> None:
         """Force the pack's voltage until the next call; 0 V returns to the model."""

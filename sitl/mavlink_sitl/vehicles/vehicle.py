@@ -114,7 +114,7 @@ class SimulatedVehicle(VehicleBody):
         self.parameters.power_up()
         self._boot_us = self.now_us
         self._snapshot_cache = None
-        self._resets = 0
+        self._resets = self._regains = 0
         start = PowerUp(
             self.config.personality(),
             self.parameters,
@@ -167,7 +167,7 @@ class SimulatedVehicle(VehicleBody):
             self._watch_external_position()
         firmware = self.firmware
         firmware.update(self._observation())
-        self._follow_resets(firmware.estimator.resets)
+        self._follow_resets(firmware.estimator.resets, firmware.estimator.regains)
         if self._underway is not None and firmware.started and firmware.estimator.position_ok:
             self._put_underway(self._underway)
         if firmware.events:

@@ -37,6 +37,7 @@ class GlitchRules(NamedTuple):
         cleared_s: how long all must be well before the flag goes.
         doubtful_after_s: from losing the GPS to a position that is no longer used: ArduPilot's
             'EKF variance', PX4's failsafe.
+        regains_s: from the receiver's fix coming back to the reset of the estimate to it.
     """
 
     gate_m: float
@@ -44,11 +45,12 @@ class GlitchRules(NamedTuple):
     flagged_s: float
     cleared_s: float
     doubtful_after_s: float
+    regains_s: float
 
 
-EKF3 = GlitchRules(3.7, 10.0, 1.0, 10.0, 8.0)
+EKF3 = GlitchRules(3.7, 10.0, 1.0, 10.0, 8.0, 0.3)
 """EK3_POS_I_GATE of 5 sigma with EK3_POSNE_M_NSE; posRetryTimeUseVel_ms; calcGpsGoodForFlight"""
-EKF2 = GlitchRules(4.7, 7.0, 0.0, 0.0, 5.2)
+EKF2 = GlitchRules(4.7, 7.0, 0.0, 0.0, 5.2, 1.2)
 """EKF2_GPS_P_GATE of 5 sigma with the receiver's 0.9 m; reset_timeout_max; EKF2_NOAID_TOUT, 5 s"""
 _PX4 = 12
 """MAV_AUTOPILOT_PX4"""
@@ -81,6 +83,9 @@ class Estimator:
         self.glitch_rules = EKF2 if personality.mav_autopilot == _PX4 else EKF3
         self.resets = 0
         """How often it was reset to a receiver that it had not believed"""
+        self.regains = 0
+        """How often it was reset to a receiver that had lost its fix"""
+        self._regains_at_s = math.inf
         self.gps_off_m = 0.0
         self._rejects_since_s: float | None = None
         self._rejected_at_s: float | None = None
@@ -102,10 +107,16 @@ class Estimator:
         self._now_s = now_s
         if gps_off_m > 0.0 or self._flagged or self._rejects_since_s is not None:
             self._judge(now_s, gps_fix, gps_off_m)
+        if now_s >= self._regains_at_s:
+            self._regains_at_s = math.inf
+            self.regains += 1
         if gps_fix and self._fix and self._lost_since_s is None:
             return  # as nearly always
         if gps_fix and not self._fix:
             self._fix_since_s = now_s
+            self._regains_at_s = now_s + self.glitch_rules.regains_s
+        if not gps_fix:
+            self._regains_at_s = math.inf
         self._fix = gps_fix
         recovered = gps_fix and now_s - self._fix_since_s >= RECOVERY_S
         if recovered or (gps_fix and self._outage_s() < self.glitch_rules.doubtful_after_s):
