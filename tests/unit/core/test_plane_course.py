@@ -32,7 +32,7 @@ from tests.support.models.vehicle_traits import PLANE
 TRAITS = replace(
     PLANE,
     airspeed_m_s=18.0,
-    airspeed_min_m_s=12.0,
+    airspeed_min_m_s=12.1,
     airspeed_max_m_s=25.0,
     circle_acceleration_m_s2=5.0,
 )
@@ -54,7 +54,7 @@ class Plane:
     """A plane that turns to where it is sent, and the task that sends it."""
 
     def __init__(self, fence: Fence | None = None, bounds: Bounds = BOUNDS) -> None:
-        self.task = FlyPlaneCourse(CourseTerms(CONFIG, TRAITS, bounds, TIMEOUT_S, 22.0))
+        self.task = FlyPlaneCourse(CourseTerms(CONFIG, TRAITS, bounds, TIMEOUT_S, 22.3))
         self.now, self.speed_m_s, self.course_rad = 100.0, 18.0, 0.0
         self.target: Vector3 | None = None
         self.sent: list[Vector3] = []
@@ -156,7 +156,8 @@ def test_the_speed_is_an_airspeed_that_is_asked_for_once_and_no_higher_than_the_
     plane.run(3.0, (16.1, 0.0, 0.0))
     plane.run(3.0, (16.2, 0.0, 0.0))
     plane.run(3.0, (40.0, 0.0, 0.0))
-    assert plane.speeds_m_s == [16.0, 22.0]
+    plane.run(3.0, (12.2, 0.0, 0.0))
+    assert plane.speeds_m_s == [16.0, 22.3, 12.1]
 
 
 def test_a_turn_rate_turns_the_course_and_its_end_keeps_it() -> None:
@@ -183,7 +184,7 @@ def test_a_turn_rate_that_it_cannot_fly_leads_it_by_a_sixth_of_a_turn_at_most() 
     ("linear", "rate", "words"),
     [
         ((-15.0, 0.0, 0.0), 0.0, "backwards"),
-        ((5.0, 0.0, 0.0), 0.0, "least airspeed of this plane is 12 m/s"),
+        ((5.0, 0.0, 0.0), 0.0, "least airspeed of this plane is 12.1 m/s"),
         ((0.0, 0.0, 2.0), 0.0, "with a speed only"),
         ((0.0, 0.0, 0.0), 0.3, "with a speed only"),
     ],

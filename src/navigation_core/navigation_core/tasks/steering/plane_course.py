@@ -165,8 +165,9 @@ class FlyPlaneCourse(SentPlane):
         if answer is None:
             self._rejected_s = -math.inf
         if answer is None and command is not None and not self._holds:
-            steps = round(self._speed_m_s(command) / _SPEED_STEP_M_S)
-            answer = self._leg_speed.ask(steps * _SPEED_STEP_M_S, observation, now)
+            step_m_s = _SPEED_STEP_M_S * round(self._speed_m_s(command) / _SPEED_STEP_M_S)
+            speed_m_s = max(min(step_m_s, self._terms.max_speed_m_s), self._traits.airspeed_min_m_s)
+            answer = self._leg_speed.ask(speed_m_s, observation, now)
         view, waiting = TrafficView.of(observation), self._giving_way.waiting
         if view is None or waiting is None:
             self._giving_way.restart()
