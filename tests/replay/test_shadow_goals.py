@@ -13,7 +13,7 @@ from drone_navigation.navigation_server import main
 from mavlink_vehicle.io.tlog import TlogReader
 from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.configuration.parameter_table import ParameterValue
-from navigation_bridge.goals.requests import LandRequest, NavigateRequest
+from navigation_bridge.goals.requests import LandRequest, NavigateRequest, WaypointsRequest
 from navigation_bridge.recording.shadow_file import FILE, ShadowGoal, read_shadow_goals
 from navigation_bridge.recording.shadow_goals import ShadowResult, work_shadow_goals
 from tests.support.flights.recorded_flight import Recorder
@@ -119,6 +119,16 @@ def test_goals_end_by_what_was_recorded_with_its_reason() -> None:
     assert {status for _, status, _ in others} == {"NAVIGATING"}
     assert landing.end == "MODE_REFUSED"
     assert "GUIDED meanwhile" in landing.message
+
+
+def test_a_route_in_a_file_has_its_yaw_rate(tmp_path: Path) -> None:
+    path = tmp_path / "goals.yaml"
+    waypoints = "waypoints: [{position: {x: 1, y: 2, z: 5}}]"
+    goal = f"{{at_s: 2, action: navigate_waypoints, goal: {{{waypoints}, yaw_rate: -0.4}}}}"
+    path.write_text(f"goals: [{goal}]")
+    (found,) = read_shadow_goals(path)
+    assert isinstance(found.request, WaypointsRequest)
+    assert found.request.yaw_rate_rad_s == -0.4
 
 
 @pytest.mark.parametrize(

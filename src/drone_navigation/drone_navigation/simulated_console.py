@@ -12,8 +12,10 @@ EXIT_OK = 0
 EXIT_FAILED = 1
 _CONSOLE = "drone_navigation.navigation_console"
 _TARGET = ["python", "-m", "drone_navigation.navigation_target"]
-# An ArduCopter takes no targets without these.
-_LANDS_ON_TARGETS = ["--param", "PLND_ENABLED=1", "--param", "PLND_TYPE=1"]
+# It lands on targets, and has a camera, a gimbal and a gripper: the page has buttons for all.
+_HAS = ("PLND_ENABLED=1", "PLND_TYPE=1", "CAM1_TYPE=1", "MNT1_TYPE=1", "GRIP_ENABLE=1")
+# A vehicle whose server hangs flies on for one second instead of three.
+_PARAMETERS = ("GUID_TIMEOUT=1", *_HAS)
 _SERVER = Path("bridge_config/simulated/ardupilot_copter.yaml")
 _WORLD = Path("bridge_config/worlds/demo.yaml")
 
@@ -27,8 +29,8 @@ def main(args: list[str] | None = None) -> int:
             return EXIT_FAILED
     with tempfile.TemporaryDirectory() as folder:
         server = ["--config", str(_SERVER), "--tlog", str(Path(folder, "flight.tlog"))]
-        # A vehicle whose server hangs flies on for one second instead of three.
-        simulator = ["--world", str(_WORLD), "--param", "GUID_TIMEOUT=1", *_LANDS_ON_TARGETS]
+        simulator = ["--world", str(_WORLD)]
+        simulator += [word for each in _PARAMETERS for word in ("--param", each)]
         camera = f"//127.0.0.1:{free_udp_port()}"
         simulator += ["--camera", f"udpout:{camera}"]
         try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -52,6 +53,19 @@ def test_a_single_waypoint_with_acts_is_a_route_that_has_them_in_order() -> None
     assert (grab.kind, grab.gripper) == (WaypointAct.GRIPPER, WaypointAct.GRIPPER_GRAB)
     assert release.gripper == WaypointAct.GRIPPER_RELEASE
     assert not any(act.required for act in goal.waypoints[0].acts)
+
+
+def test_a_route_turns_to_the_right_and_a_circle_does_not() -> None:
+    order = replace(ordered([]), turn_deg_s=20.0)
+    _, goal, _ = action_goal(order)
+    assert isinstance(goal, NavigateWaypoints.Goal)
+    assert goal.yaw_rate == pytest.approx(-math.radians(20.0))
+    asked = parse(json.dumps({**FLY, "turn": -90.0}))
+    assert isinstance(asked, PageGoal)
+    assert asked.turn_deg_s == -90.0
+    for wrong in ({"turn": 181.0}, {"turn": "fast"}, {"turn": 5.0, "radius": 8.0}):
+        with pytest.raises(RejectedError):
+            parse(json.dumps({**FLY, **wrong}))
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from drone_navigation.console.goals.interrupted_route import InterruptedRoute
 from drone_navigation.console.messages import PageWaypoint
 
 PLACES = tuple(PageWaypoint((float(i), 0.0, 5.0), 0.0) for i in range(4))
-GOAL = NavigateWaypoints.Goal(waypoints=[Waypoint()] * 4, laps=2, max_speed=3.0)
+GOAL = NavigateWaypoints.Goal(waypoints=[Waypoint()] * 4, laps=2, max_speed=3.0, yaw_rate=0.5)
 
 
 def ended(**result: int) -> InterruptedRoute:
@@ -30,7 +30,7 @@ def test_a_route_continues_with_the_leg_on_which_it_was_interrupted() -> None:
     assert found is not None
     goal, places = found
     assert (goal.first, goal.interrupted_id, goal.laps, goal.max_speed) == (4, 77, 2, 3.0)
-    assert len(goal.waypoints) == 4
+    assert (len(goal.waypoints), goal.yaw_rate) == (4, 0.5)
     assert places == PLACES
     route.begin(goal, places, Future())
     assert route.value() is None

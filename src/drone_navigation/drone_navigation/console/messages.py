@@ -195,10 +195,26 @@ class _Order(_ForVehicle):
             raise InvalidValueError("A circle goes around one waypoint.")
 
 
+@dataclass(frozen=True)
 class PageGoal(_Order):
-    """Go to a point, follow a route, or fly a circle."""
+    """Go to a point, follow a route, or fly a circle.
+
+    A vehicle that follows a route may turn on and on meanwhile, positive to the right.
+    """
 
     kind: ClassVar[str] = "fly"
+
+    turn_deg_s: float = member(number(-180, 180), "turn", default=0.0)
+
+    def __post_init__(self) -> None:
+        """Reject a circle that turns.
+
+        Raises:
+            InvalidValueError: it does.
+        """
+        super().__post_init__()
+        if self.radius_m and self.turn_deg_s:
+            raise InvalidValueError("A circle is flown with its nose to the centre.")
 
 
 @dataclass(frozen=True)

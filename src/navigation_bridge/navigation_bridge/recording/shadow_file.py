@@ -220,6 +220,7 @@ _GOALS: Mapping[str, Kind[Request]] = {
         laps=RecordMember(whole(0, 65_535)),
         max_speed_m_s=_SPEED_M_S,
         avoid_obstacles=_FLAG,
+        yaw_rate_rad_s=RecordMember(number(), name="yaw_rate"),
     ),
     ORBIT_ACTION_NAME: record(
         _orbit,

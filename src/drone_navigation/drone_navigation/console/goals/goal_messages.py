@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TypeAlias
 
@@ -27,7 +28,7 @@ def action_goal(
 ) -> tuple[str, ActionGoal, Sequence[PageWaypoint]]:
     """Return an action's name, its goal, and the waypoints that it leads to.
 
-    A route has several waypoints, a hold time, acts or laps.
+    A route has several waypoints, a hold time, acts, laps or a turn.
     """
     if isinstance(order, PageFollow):
         return FOLLOW_ACTION_NAME, _followed(order), ()
@@ -36,7 +37,7 @@ def action_goal(
         # The centre is no waypoint: the vehicle never comes to it.
         return ORBIT_ACTION_NAME, _circle(order), ()
     is_point = len(waypoints) == 1 and not waypoints[0].hold_time_s and not waypoints[0].acts
-    if is_point and order.laps == 1:
+    if is_point and order.laps == 1 and not order.turn_deg_s:
         goal = Navigate.Goal(max_speed=order.speed_m_s, avoid_obstacles=order.avoid_obstacles)
         goal.target_pose.header.frame_id = FRAME_MAP
         position = goal.target_pose.pose.position
@@ -50,6 +51,8 @@ def action_goal(
         laps=order.laps,
         max_speed=order.speed_m_s,
         avoid_obstacles=order.avoid_obstacles,
+        # To the right is clockwise.
+        yaw_rate=-math.radians(order.turn_deg_s),
     )
     return WAYPOINTS_ACTION_NAME, route, waypoints
 

@@ -52,6 +52,7 @@ class InterruptedRoute:
             laps=self._goal.laps,
             max_speed=self._goal.max_speed,
             avoid_obstacles=self._goal.avoid_obstacles,
+            yaw_rate=self._goal.yaw_rate,
             first=self._first,
             interrupted_id=self._route_id,
         )

@@ -13,7 +13,7 @@ const KINDS = {
   release: ["Release", []],
 };
 
-export function describedAct(act) {
+function describedAct(act) {
   if (act.kind === "distance") return act.metres ? `photos every ${act.metres} m` : "no more photos by distance";
   if (act.kind === "point") return `camera ${Math.abs(act.up)}° ${act.up < 0 ? "down" : "up"}${act.right ? `, ${Math.abs(act.right)}° ${act.right < 0 ? "left" : "right"}` : ""}`;
   if (act.kind === "wait") return `wait ${act.seconds} s`;

@@ -3,7 +3,7 @@
 const $ = (id) => document.getElementById(id);
 // A waypoint as it is sent.
 export const ofPage = ({ x, y, z, hold, acts }) => ({ x, y, z, hold, ...(acts?.length ? { acts } : {}) });
-const EMPTY = { points: [], selected: -1, area: [], holes: [], past: [], speed: "0", laps: "1", radius: "0" };
+const EMPTY = { points: [], selected: -1, area: [], holes: [], past: [], speed: "0", laps: "1", radius: "0", turn: "0" };
 
 export class Drafts {
   constructor(route) {
@@ -14,7 +14,7 @@ export class Drafts {
 
   current() {
     const { points, selected, area, holes, past } = this.route;
-    return { points, selected, area, holes, past, speed: $("speed").value, laps: $("laps").value, radius: $("radius").value };
+    return { points, selected, area, holes, past, speed: $("speed").value, laps: $("laps").value, radius: $("radius").value, turn: $("turn").value };
   }
 
   of(name) {
@@ -26,20 +26,29 @@ export class Drafts {
     if (name === this.edited) return;
     if (this.edited) this.kept[this.edited] = this.current();
     this.edited = name;
-    const { points, selected, area, holes, past, speed, laps, radius } = this.kept[name] ?? EMPTY;
+    const { points, selected, area, holes, past, speed, laps, radius, turn } = this.kept[name] ?? EMPTY;
     Object.assign(this.route, { points: [...points], selected, area, holes, past: [...past] });
     $("speed").value = speed;
     $("laps").value = laps;
     $("radius").value = radius;
+    $("turn").value = turn;
     this.route.changed();
   }
 
   clear(name) {
     if (name === this.edited) {
       $("radius").value = EMPTY.radius;
+      $("turn").value = EMPTY.turn;
       this.route.replace([]);
     }
     else delete this.kept[name];
+  }
+
+  // With how many degrees in a second, to the right, the vehicle turns on a route.
+  turn(name) {
+    const { points, radius, turn } = this.of(name);
+    const circles = points.length === 1 && Number.parseFloat(radius);
+    return circles ? 0 : Math.min(Math.max(Number.parseFloat(turn) || 0, -180), 180);
   }
 
   // What would be flown, without whether obstacles are avoided; null without a route.

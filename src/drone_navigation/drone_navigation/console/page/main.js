@@ -333,8 +333,11 @@ function described({ vehicle: name, waypoints, radius, laps }) {
     const times = laps > 1 ? `${laps} times ` : "";
     return `${times}${radius < 0 ? "clockwise" : "anticlockwise"} on a circle of ${Math.abs(radius)} m around east ${first.x}, north ${first.y}, up ${first.z} m`;
   }
-  if (drafts.of(name).area.length) return `the survey by ${waypoints.length} waypoints`;
-  return waypoints.length > 1 ? `the route of ${waypoints.length} waypoints` : `to east ${first.x}, north ${first.y}, up ${first.z} m`;
+  const turn = drafts.turn(name);
+  const turning = turn ? `, turning ${turn < 0 ? "left" : "right"} with ${Math.abs(turn)}°/s` : "";
+  if (drafts.of(name).area.length) return `the survey by ${waypoints.length} waypoints${turning}`;
+  if (turn && waypoints.length === 1) return `to east ${first.x}, north ${first.y}, up ${first.z} m${turning}`;
+  return waypoints.length > 1 ? `the route of ${waypoints.length} waypoints${turning}` : `to east ${first.x}, north ${first.y}, up ${first.z} m`;
 }
 
 const mayTakeOff = (list) => (list.some((name) => link.vehicles[name]?.status?.landed === "on the ground") ? " It may arm and take off." : "");
@@ -367,7 +370,7 @@ function fly() {
     key: () => JSON.stringify(orderOf(chosen)),
     go: (confirmed) => {
       sayBeside("", "");
-      send({ type: "fly", confirmed, ...order });
+      send({ type: "fly", confirmed, ...order, turn: drafts.turn(name) });
     },
   });
 }
@@ -385,7 +388,7 @@ function flyAll() {
     go: (confirmed) => {
       sayBeside("", "");
       gather("fly", all.map((order) => order.vehicle));
-      for (const order of all) send({ type: "fly", confirmed, ...order });
+      for (const order of all) send({ type: "fly", confirmed, ...order, turn: drafts.turn(order.vehicle) });
     },
   });
 }
@@ -651,7 +654,7 @@ route.addEventListener("change", () => { confirm.close(); show(); });
 link.addEventListener("state", show);
 rehearsal.addEventListener("change", askAboutDanger);
 together.addEventListener("change", askAboutDanger);
-for (const id of ["speed", "laps", "radius"]) $(id).onchange = show;
+for (const id of ["speed", "laps", "radius", "turn"]) $(id).onchange = show;
 $("target-name").oninput = show;
 $("avoid").onchange = () => { avoidance[chosen] = $("avoid").checked; show(); };
 // Ages grow also while nothing arrives.

@@ -1,6 +1,5 @@
 // The map of the console: draws the scene, and turns clicks and drags into changes of the route.
 
-import { describedAct } from "./acts.js";
 import { colours, label } from "./colours.js";
 import { LocalMap, place } from "./local_map.js";
 import { drawRehearsal } from "./rehearsal.js";
@@ -214,7 +213,7 @@ export class Map2D extends LocalMap {
       context.fillStyle = chosen ? c.halo : c.ink;
       context.fillText(number, px - context.measureText(number).width / 2, py + 4);
       const hold = p.hold ? `, ${p.hold} s` : "";
-      const acts = p.acts?.length ? `, ${p.acts.length === 1 ? describedAct(p.acts[0]) : `${p.acts.length} acts`}` : "";
+      const acts = p.acts?.length ? `, ${p.acts.length} ${p.acts.length === 1 ? "act" : "acts"}` : "";
       label(context, `${p.z} m${hold}${acts}`, px + 14, py - 8, c.ink, c.halo);
     });
   }
