@@ -7,7 +7,6 @@ import json
 import math
 import sys
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack
 from typing import Any, TypeAlias
 
 from geometry_msgs.msg import PoseStamped
@@ -28,6 +27,7 @@ from drone_navigation.client.process import (
     SPIN_S,
     ServerSigns,
     client_node,
+    end_without_server,
     on_interrupt,
     wait_for,
 )
@@ -52,16 +52,19 @@ def run_command(
     options: argparse.Namespace, argv: list[str], kind: type[ClientCommand] | None = None
 ) -> int:
     """Run the command, of a kind of its own or with a single request; return the exit code."""
-    with ExitStack() as on_exit:
-        node = on_exit.enter_context(client_node(argv, options.vehicle))
+    with client_node(argv, options.vehicle) as node:
         command = (kind or ClientCommand)(node, options)
-        on_exit.callback(command.close)
-        on_interrupt(command.interrupt)
         try:
-            return command.run()
+            on_interrupt(command.interrupt)
+            code = command.run()
         except KeyboardInterrupt:
             print("Interrupted.", file=sys.stderr)
-            return EXIT_CANCELED
+            code = EXIT_CANCELED
+        finally:
+            command.close()
+        if code in (EXIT_NO_SERVER, EXIT_CANCELED):
+            end_without_server(code)
+        return code
 
 
 class ClientCommand:

@@ -14,10 +14,19 @@ from rclpy.signals import SignalHandlerOptions
 
 from custom_interfaces.msg import VehicleStatus
 from drone_navigation.process_control.ros_start import starting_ros
+from drone_navigation.process_control.stop_signals import leave
 from drone_navigation.qos import LATCHED_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
 
-__all__ = ["SILENT_S", "SPIN_S", "ServerSigns", "client_node", "on_interrupt", "wait_for"]
+__all__ = [
+    "SILENT_S",
+    "SPIN_S",
+    "ServerSigns",
+    "client_node",
+    "end_without_server",
+    "on_interrupt",
+    "wait_for",
+]
 
 SPIN_S = 0.05
 """The longest that one turn of the executor waits."""
@@ -48,6 +57,15 @@ def client_node(argv: list[str], vehicle: str) -> Iterator[Node]:
             node.destroy_node()
     finally:
         rclpy.try_shutdown()
+
+
+def end_without_server(code: int) -> None:
+    """End the process without ROS's own end, for a server that may hang.
+
+    Fast DDS locks the shared memory of such a server at its end, and crashed there where the
+    server's part had been given up as dead meanwhile (observed, once in twenty ends).
+    """
+    leave(code)
 
 
 def on_interrupt(interrupt: Callable[[], None]) -> None:

@@ -31,7 +31,7 @@ from drone_navigation.client.options import (
     EXIT_REJECTED,
     EXIT_SUCCESS,
 )
-from drone_navigation.client.process import SPIN_S, client_node, wait_for
+from drone_navigation.client.process import SPIN_S, client_node, end_without_server, wait_for
 from drone_navigation.client.servers import no_server
 from drone_navigation.client.terminal.keys import HELP, Key, Keyboard, Keys, Pressed
 from drone_navigation.client.terminal.output import ClientView, make_view
@@ -59,7 +59,11 @@ _SHOW_CURSOR = b"\n\x1b[?25h"
 
 
 class NavigationClient:
-    """Sends a goal and its successors, and shows their progress."""
+    """Sends a goal and its successors, and shows their progress.
+
+    Attributes:
+        gave_up: whether the server did not answer any more, or was not waited for.
+    """
 
     def __init__(
         self,
@@ -98,6 +102,7 @@ class NavigationClient:
         self._suspended = False
         self._cancelling = False
         self._waiting = False
+        self.gave_up = False
         self._obstacles: Subscription | None = None
         self._knows_obstacles = False
         # Without an option, obstacles are avoided wherever the vehicle may know any.
@@ -220,9 +225,11 @@ class NavigationClient:
     def _verdict(self, now_s: float) -> int | None:
         course = self._course
         if self._interrupts > 1 and course.under_way:
+            self.gave_up = True
             course.say("No longer waiting; the goal may still be active.", bad=True)
             return EXIT_ABORTED
         if why := course.why_lost(now_s):
+            self.gave_up = True
             course.say(why, bad=True)
             return EXIT_NO_SERVER
         return None if course.under_way or self._goes_on() else self._end()
@@ -325,19 +332,22 @@ class NavigationClient:
 def run_goal(options: argparse.Namespace, argv: list[str]) -> int:
     """Send the goal of the command line, show its progress, and return the exit code."""
     client_goal = make_client_goal(options)
-    with ExitStack() as on_exit:
-        node = on_exit.enter_context(client_node(argv, options.vehicle))
-        # Keys need a terminal for the output.
-        people = sys.stdin.isatty() and sys.stdout.isatty() and not options.json
-        keyboard = Keyboard(sys.stdin) if people else None
-        if keyboard is not None:
-            on_exit.callback(keyboard.close)
-        view = make_view(plain=options.plain, json=options.json, keys=people)
-        on_exit.callback(view.close)
-        client = NavigationClient(node, view, client_goal, options, keyboard)
-        on_exit.callback(client.close)
-        _handle_signals(client, keyboard)
-        return client.run()
+    with client_node(argv, options.vehicle) as node:
+        with ExitStack() as on_exit:
+            # Keys need a terminal for the output.
+            people = sys.stdin.isatty() and sys.stdout.isatty() and not options.json
+            keyboard = Keyboard(sys.stdin) if people else None
+            if keyboard is not None:
+                on_exit.callback(keyboard.close)
+            view = make_view(plain=options.plain, json=options.json, keys=people)
+            on_exit.callback(view.close)
+            client = NavigationClient(node, view, client_goal, options, keyboard)
+            on_exit.callback(client.close)
+            _handle_signals(client, keyboard)
+            code = client.run()
+        if client.gave_up:
+            end_without_server(code)
+        return code
 
 
 def _handle_signals(client: NavigationClient, keyboard: Keyboard | None) -> None:

@@ -10,7 +10,7 @@ import sys
 import threading
 from types import FrameType
 
-__all__ = ["EXIT_HUNG", "STOP_LIMIT_S", "StopSignals"]
+__all__ = ["EXIT_HUNG", "STOP_LIMIT_S", "StopSignals", "leave"]
 
 STOP_LIMIT_S = 5.0
 """The longest time from the request to the end of the process."""
@@ -68,7 +68,7 @@ class StopSignals:
         runs the destructors of the middleware, which may take seconds on a busy machine.
         """
         self._exit_code = exit_code
-        atexit.register(_leave, exit_code)
+        atexit.register(leave, exit_code)
 
     def _watch(self) -> None:
         while os.read(self._read, 1)[0] not in (_BY_ITSELF, *_SIGNALS):
@@ -81,7 +81,8 @@ class StopSignals:
         os._exit(self._exit_code)
 
 
-def _leave(exit_code: int) -> None:
+def leave(exit_code: int) -> None:
+    """End the process here and now, once what it has written is out."""
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError, ValueError):
             stream.flush()
