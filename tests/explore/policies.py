@@ -66,6 +66,8 @@ _HULL_M = 0.5
 _DEGREE_M, _PLANE_CIRCLE_M = 111_200.0, 60.0
 # A target that is lost is looked for above 1 m; below, the vehicle lands, and stands for a while.
 _UNSEEN_S = 11.0
+# A landing takes longer than this.
+_LANDS_S = 4.0
 _CONTROL = {"ardupilot": "GUIDED", "px4": "OFFBOARD"}
 _END = output(GoalFinished)
 _FEEDBACK = output(GoalFeedback)
@@ -873,6 +875,8 @@ def a_touchdown_without_the_mark(truth: Truth, view: View, now_s: float) -> bool
     goal = view.flown
     if not _needs_mark(goal) or not truth.on_ground or not _ours(view, now_s):
         return False
+    if now_s - goal.accepted_s < _LANDS_S:
+        return False  # it was about to touch the ground when it was asked to land
     flew = any(not before.on_ground for _, before in view.recent)
     seen_s = view.mark_s if view.mark_s > goal.accepted_s else -math.inf
     return flew and math.isinf(goal.cancel_s) and now_s - seen_s > _UNSEEN_S
@@ -1215,7 +1219,9 @@ def a_mission_is_whole(view: View, goal_id: str, begun_s: float, now_s: float) -
 def a_mission_has_its_speed(view: View, goal_id: str, begun_s: float, now_s: float) -> bool:
     """A mission that is begun asks for no more than the goal's `max_speed`."""
     wanted_m_s = getattr(view.goal(goal_id).request, "max_speed_m_s", 0.0)
-    return wanted_m_s <= 0.0 or not view.items or view.item_speed_m_s <= wanted_m_s + 0.01
+    if wanted_m_s <= 0.0 or not view.items or view.flown.goal_id != goal_id:
+        return True  # a goal that replaces it sends its own mission
+    return view.item_speed_m_s <= wanted_m_s + 0.01
 
 
 @never(sent("MANUAL_CONTROL", "RC_CHANNELS_OVERRIDE"), OURS)

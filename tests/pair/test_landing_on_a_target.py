@@ -109,7 +109,7 @@ def test_a_lost_target_that_is_not_required_is_not_waited_for() -> None:
     flight.covered_below_m = 4.0
     (end,) = flight.ends(flight.land(LAND))
     assert end.code is OutcomeCode.SUCCESS
-    assert "lost 1 times. It landed where it was." in end.message
+    assert "lost once. It landed where it was." in end.message
 
 
 @FIRMWARES

@@ -246,7 +246,8 @@ class TargetLanding(Task):
     def _lose(self, observation: Observation, now: float) -> None:
         """Climb to search again, hold for good, or land anywhere."""
         target = observation.followed
-        text = f"The target was lost {self._goal.retries - self._retries_left + 1} times."
+        lost = self._goal.retries - self._retries_left + 1
+        text = f"The target was lost {'once' if lost == 1 else f'{lost} times'}."
         if self._retries_left > 0 and target is not None:
             self._retries_left -= 1
             east, north, _ = target.position_enu_m
