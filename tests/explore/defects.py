@@ -322,6 +322,12 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a route turns the other way", "navigation_core.tasks.leading.path_follower",
            "            self.carrot.turn_on(self._turn_rate_rad_s)",
            "            self.carrot.turn_on(-self._turn_rate_rad_s)"),
+    Mutant("an old command is flown on", "navigation_core.tasks.steering.command_silence",
+           "        if command is None or now - command.time_s > self._timeout_s:",
+           "        if command is None:"),
+    Mutant("a course leaves the volume", "navigation_core.tasks.steering.plane_course",
+           "            ahead_m = room.farthest_m((x, y), way, far_m, self._inset_m)",
+           "            ahead_m: float | None = far_m"),
 )  # fmt: skip
 
 
