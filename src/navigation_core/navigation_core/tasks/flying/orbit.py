@@ -78,8 +78,9 @@ class OrbitItinerary:
         # Where the circle was left, or will be entered, and the part of it that is flown.
         self._angle_rad: float | None = None
         self._entry_rad = 0.0
-        # Where it waits beside a circle that is free nowhere, so that it does not go round it.
-        self._occupied_rad: float | None = None
+        # Where it is to be entered. A vehicle that is blown about while it searches for a path
+        # keeps to it, or no search would end; nor does it go round a circle that is free nowhere.
+        self._approach_rad: float | None = None
         self._is_entered = False
         self._part: RingPart | None = None
         self._part_flown_rad = 0.0
@@ -112,7 +113,7 @@ class OrbitItinerary:
         """Return a part of the circle, from where it was entered."""
         orbit = self._orbit
         part = RingPart(self._ring, self._entry_rad, turn_rad, orbit.yaw, orbit.yaw_enu_rad)
-        self._part, self._part_flown_rad = part, 0.0
+        self._part, self._part_flown_rad, self._approach_rad = part, 0.0, None
         self._angle_rad = self._entry_rad
         end_rad = turn_rad if math.isfinite(turn_rad) else 0.0
         goal = self._goal(self._entry_rad + self._ring.sign * end_rad)
@@ -132,15 +133,16 @@ class OrbitItinerary:
         return free_turn_rad(self._ring, from_rad, turn_rad, obstacles, clearance_m)
 
     def _choose_entry_rad(self, first_rad: float, obstacles: Obstacles | None) -> float:
-        """Return the first angle from which on the circle is free; always the same without one."""
-        for step_rad in np.arange(0.0, math.tau, _SEARCH_RAD):
-            angle_rad = first_rad + self._ring.sign * float(step_rad)
+        """Return the first angle from which on the circle is free; the last one while that is."""
+        steps_rad = self._ring.sign * np.arange(0.0, math.tau, _SEARCH_RAD)
+        kept = () if self._approach_rad is None else (self._approach_rad,)
+        for angle_rad in (*kept, *(first_rad + float(step_rad) for step_rad in steps_rad)):
             if self._free_rad(angle_rad, _LEAST_TURN_RAD, obstacles) >= _LEAST_TURN_RAD:
-                self._occupied_rad = None
+                self._approach_rad = angle_rad
                 return angle_rad
-        if self._occupied_rad is None:
-            self._occupied_rad = first_rad
-        return self._occupied_rad
+        if self._approach_rad is None:
+            self._approach_rad = first_rad
+        return self._approach_rad
 
     # --- what was flown ---------------------------------------------------------------
 

@@ -142,7 +142,8 @@ class Avoider:
         if self._is_silent:
             text = f"There was no obstacle data for {waited_s:g} s. {self.reason}"
             return OutcomeCode.NO_OBSTACLE_DATA, text
-        return OutcomeCode.NO_PATH, f"There was no path for {waited_s:g} s. {self.reason}"
+        reason = self.reason or "No search for one has ended."
+        return OutcomeCode.NO_PATH, f"There was no path for {waited_s:g} s. {reason}"
 
     def restart_clock(self) -> None:
         """Count the time without a path from now on: the vehicle was to stand meanwhile."""
