@@ -300,6 +300,18 @@ def test_a_position_in_doubt_holds_it_and_it_continues_from_where_it_is_then() -
     assert math.dist(answer.setpoint.position_enu_m, (40.0, 5.0, 10.0)) < 0.1
 
 
+@pytest.mark.parametrize("traits", [COPTER, STEERED])
+def test_a_position_in_doubt_when_control_is_taken_holds_it_by_velocity(traits: Traits) -> None:
+    doubt = "The GPS is 15 m from the estimated position."
+    vehicle = Steered(traits, position_doubt=doubt)
+    for _ in range(20):
+        vehicle.tell(FORWARD)
+        answer = vehicle.step()
+        assert isinstance(answer, Fly)
+        assert answer.by_velocity
+        assert norm(answer.setpoint.velocity_enu_m_s) < 0.01
+
+
 def test_a_pause_of_the_steps_does_not_make_the_reference_jump() -> None:
     vehicle = Steered()
     vehicle.run(3.0, (2.0, 0.0, 0.0))

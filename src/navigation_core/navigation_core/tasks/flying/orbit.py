@@ -134,9 +134,9 @@ class OrbitItinerary:
 
     def _choose_entry_rad(self, first_rad: float, obstacles: Obstacles | None) -> float:
         """Return the first angle from which on the circle is free; the last one while that is."""
-        steps_rad = self._ring.sign * np.arange(0.0, math.tau, _SEARCH_RAD)
-        kept = () if self._approach_rad is None else (self._approach_rad,)
-        for angle_rad in (*kept, *(first_rad + float(step_rad) for step_rad in steps_rad)):
+        angles_rad = first_rad + self._ring.sign * np.arange(0.0, math.tau, _SEARCH_RAD)
+        kept_rad = [] if self._approach_rad is None else [self._approach_rad]
+        for angle_rad in kept_rad + [float(angle_rad) for angle_rad in angles_rad]:
             if self._free_rad(angle_rad, _LEAST_TURN_RAD, obstacles) >= _LEAST_TURN_RAD:
                 self._approach_rad = angle_rad
                 return angle_rad

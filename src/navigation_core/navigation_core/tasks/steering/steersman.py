@@ -131,10 +131,14 @@ class Steersman:
         """Command a standstill by velocity, without a position."""
         self.held_back = ""
         yaw = observation.yaw_enu_rad
-        if yaw is None or self._sent is None:
+        if yaw is None:
             return Wait()
+        sent = self._sent or KinematicState(observation.position_enu_m or ZERO)
+        if self._sent is None:
+            # It was not steered yet. A PX4 that gets no setpoint then returns by itself.
+            self._begin(sent, yaw)
         self._begun = False
-        self._sent = KinematicState(self._sent.position_enu_m)
+        self._sent = KinematicState(sent.position_enu_m)
         self._flown.stand(self._sent.position_enu_m)
         setpoint = self._flown.setpoint
         if not self._traits.flies:
