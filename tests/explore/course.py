@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from mavlink_vehicle.codec import Message, mavlink
@@ -103,8 +103,10 @@ class View:
         active: the goal that is flown.
         last: the goal that ended last.
         truth: the last true state.
-        homes_enu_m: where it was armed last, and where a PX4 has left the ground since: one of
-            them is its home, by what its land detector makes of touching the ground.
+        moved_homes_enu_m: where a ground station has set home.
+        set_s: when a ground station has set a parameter or home last.
+        homes_enu_m: where it was armed last, where home was set, and where a PX4 has left the
+            ground since: one of them is its home, by what its land detector makes of touching it.
         recent: true states of the last 3 s, with their times.
         server: whether the server runs.
         server_s: since when.
@@ -149,6 +151,8 @@ class View:
     last: Goal | None = None
     truth: Truth = UNSEEN
     homes_enu_m: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
+    moved_homes_enu_m: tuple[tuple[float, float], ...] = ()
+    set_s: float = -math.inf
     recent: deque[tuple[float, Truth]] = field(default_factory=deque)
     server: bool = False
     server_s: float = math.inf
@@ -272,7 +276,7 @@ class Course:
     def _truth(self, view: View, truth: Truth, now_s: float) -> None:
         rises = view.truth.on_ground and not truth.on_ground and view.craft.autopilot == "px4"
         if truth.armed and not view.truth.armed:
-            view.homes_enu_m = (truth.position_enu_m[:2],)
+            view.homes_enu_m = (truth.position_enu_m[:2], *view.moved_homes_enu_m)
         elif truth.armed and rises:
             view.homes_enu_m += (truth.position_enu_m[:2],)
         if truth.mode != view.truth.mode:
@@ -359,6 +363,7 @@ class Course:
         if what in _TROUBLE:
             view.trouble_s = now_s
             self._trouble(view, what, event.how, now_s)
+        self._set(view, event, now_s)
         if what == "mended":
             if view.troubled & _OVER.keys():
                 view.trouble_s = now_s
@@ -369,6 +374,23 @@ class Course:
             view.shut_down_s = now_s
         elif goal is not None:
             _note_client(goal, what, now_s)
+
+    @staticmethod
+    def _set(view: View, event: Event, now_s: float) -> None:
+        """Note what a ground station sets."""
+        how = event.how
+        if event.what == "station_home":
+            north, east, _ = how["offset"]
+            view.moved_homes_enu_m += ((east, north),)
+            view.homes_enu_m += ((east, north),)
+        elif event.what == "station_param":
+            onboard = {**view.craft.onboard, how["name"]: how["value"]}
+            view.craft = replace(view.craft, onboard=onboard)
+        else:
+            return
+        view.set_s = now_s
+        if view.active is not None:
+            view.active.disturbed = True
 
     @staticmethod
     def _trouble(view: View, what: str, how: dict[str, Any], now_s: float) -> None:

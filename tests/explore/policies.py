@@ -537,7 +537,7 @@ def accepted_targets_are_in_the_fence(asked: Asked, view: View, now_s: float) ->
     radius_m = onboard.get("GF_MAX_HOR_DIST", radius_m)
     if not asked.goal_id or target is None:
         return True
-    known = now_s - view.server_s > 20.0 and view.calm(now_s, 20.0)
+    known = now_s - max(view.server_s, view.set_s) > 20.0 and view.calm(now_s, 20.0)
     away_m = view.home_away_m(target)
     return not known or away_m <= radius_m + 2.0
 
