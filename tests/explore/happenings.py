@@ -10,7 +10,6 @@ import random
 from collections.abc import Callable
 
 from mavlink_sitl import LinkFaults
-from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_vehicle.codec import make, mavlink
 from mavlink_vehicle.storage.values import encode_value
 from navigation_bridge.clients.service_requests import Service
@@ -364,11 +363,8 @@ def glitch(ship: Ship, offset: list[float]) -> None:
 
 
 def battery(ship: Ship, share: float) -> None:
-    """Let the battery have a share of its charge; a PX4 simulates its own, by time."""
+    """Let the battery have a share of its charge."""
     ship.sim.set_battery_remaining(share)
-    firmware = ship.sim.firmware
-    if isinstance(firmware, Px4Vehicle):
-        firmware.battery.remaining = share
 
 
 def radio(ship: Ship, lost: bool) -> None:

@@ -423,6 +423,12 @@ class SimulatedVehicle(VehicleBody):
         self._battery_turn = (self._battery_turn + 1) % len(batteries)
         return batteries[self._battery_turn]
 
+    def set_battery_remaining(self, fraction: float) -> None:
+        """Fill or empty the pack, 0..1; a PX4's own discharges with time, from there on."""
+        super().set_battery_remaining(fraction)
+        if isinstance(self.firmware, Px4Vehicle):
+            self.firmware.battery.remaining = fraction
+
     def set_battery_voltage(self, voltage_v: float) -> None:
         """Force the pack's voltage, as SIM_BATT_VOLTAGE does; 0 gives the model back."""
         if isinstance(self.firmware, Px4Vehicle):

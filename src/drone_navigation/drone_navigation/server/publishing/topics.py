@@ -175,7 +175,15 @@ class Topics:
         if before is None or state.global_position is not before.global_position:
             self._publish_pose(state, now)
         waits = self._looked_s <= now < self._looked_s + _LOOK_S
-        if periodic or not waits or before is None or _acts_otherwise(before, state):
+        alive = self._bridge.vehicle.heartbeats.alive
+        is_reported = self._status is not None and self._status.connected is alive
+        if (
+            periodic
+            or not waits
+            or not is_reported
+            or before is None
+            or _acts_otherwise(before, state)
+        ):
             self._looked_s = now
             self._look(state, now, periodic)
 
