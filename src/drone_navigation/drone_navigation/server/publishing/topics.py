@@ -43,7 +43,7 @@ from navigation_bridge.vehicle.sample_times import SampleTimes
 from navigation_bridge.vehicle.station_health import StationHealth
 
 _PERIOD_S = 1.0
-# What changes seldom is looked at this often: messages come more often than that.
+# Things that change seldom are looked at this often: messages come more often than that.
 _LOOK_S = 0.05
 
 StationLinks: TypeAlias = Callable[[], list[tuple[str, LinkStatistics]]]
