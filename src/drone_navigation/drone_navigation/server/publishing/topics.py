@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import TypeAlias
 
@@ -43,8 +42,6 @@ from navigation_bridge.vehicle.sample_times import SampleTimes
 from navigation_bridge.vehicle.station_health import StationHealth
 
 _PERIOD_S = 1.0
-# Things that change seldom are looked at this often: messages come more often than that.
-_LOOK_S = 0.05
 
 StationLinks: TypeAlias = Callable[[], list[tuple[str, LinkStatistics]]]
 
@@ -97,8 +94,6 @@ class Topics:
         self._status_key: tuple[object, ...] = ()
         self._known_home: HomePosition | None = None
         self._next_s = 0.0
-        self._looked_at: VehicleState | None = None
-        self._looked_s = -math.inf
         self._last_rejection = node.create_publisher(String, "~/last_rejection", LATCHED_QOS)
         self._goal_rejected = node.create_publisher(
             GoalRejectedMessage, "~/goal_rejected", LATCHED_QOS
@@ -131,8 +126,8 @@ class Topics:
     def begin_again(self) -> None:
         """Reset: the recording is played from its start."""
         self._health = LinkHealth()
-        self._seen = self._looked_at = self._status = self._known_home = None
-        self._next_s, self._looked_s = 0.0, -math.inf
+        self._seen = self._status = self._known_home = None
+        self._next_s = 0.0
         self._times = SampleTimes()
         self.transforms.begin_again()
 
@@ -167,6 +162,8 @@ class Topics:
         if state is before and not periodic:
             return
         self._seen = state
+        self._obstacles.update(self._stamp, now)
+        self._grid.update(self._stamp, now)
         last = (None, None) if before is None else (before.global_position, before.attitude)
         for sample, known in zip((state.global_position, state.attitude), last, strict=True):
             if sample is not None and sample is not known:
@@ -174,24 +171,6 @@ class Topics:
                 self._times.observe(state.boot_count, sample.time_boot_ms, sample.time_s)
         if before is None or state.global_position is not before.global_position:
             self._publish_pose(state, now)
-        waits = self._looked_s <= now < self._looked_s + _LOOK_S
-        alive = self._bridge.vehicle.heartbeats.alive
-        is_reported = self._status is not None and self._status.connected is alive
-        if (
-            periodic
-            or not waits
-            or not is_reported
-            or before is None
-            or _acts_otherwise(before, state)
-        ):
-            self._looked_s = now
-            self._look(state, now, periodic)
-
-    def _look(self, state: VehicleState, now: float, periodic: bool) -> None:
-        """Publish what has changed but the pose, and the rest once per second."""
-        before, self._looked_at = self._looked_at, state
-        self._obstacles.update(self._stamp, now)
-        self._grid.update(self._stamp, now)
         if (before is None or state.gps is not before.gps) and self._fix_audience.is_there(now):
             fixed_ms = None if state.gps is None else state.gps.time_boot_ms
             measured = self._stamp() if fixed_ms is None else self._measured(fixed_ms, now)
@@ -318,15 +297,6 @@ class Topics:
             vehicle.data_age.age_s(time_boot_ms, vehicle.state.boot_count, now) or 0.0,
         )
         return (self._node.get_clock().now() - Duration(seconds=age_s + late_s)).to_msg()
-
-
-def _acts_otherwise(before: VehicleState, state: VehicleState) -> bool:
-    """Return whether a state differs in what is published at once."""
-    return (
-        state.custom_mode != before.custom_mode
-        or state.armed is not before.armed
-        or state.landed_state is not before.landed_state
-    )
 
 
 def _status_key(bridge: Bridge, state: VehicleState) -> tuple[object, ...]:
