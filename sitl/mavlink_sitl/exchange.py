@@ -147,7 +147,7 @@ class RangeReading(NamedTuple):
 
 
 class Sighting(NamedTuple):
-    """What a camera has seen of the mark.
+    """One sighting of the mark by a camera.
 
     Attributes:
         measured_us: simulated time of the picture, microseconds.

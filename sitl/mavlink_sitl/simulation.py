@@ -200,7 +200,7 @@ class Simulation:
         return self._encounters.positions()
 
     def sightings(self, vehicle: int = 0) -> list[Sighting]:
-        """What a vehicle's camera has seen of the world's mark, and was not returned before."""
+        """The sightings of the mark by a vehicle's camera since the last call."""
         lookout = self._lookouts.get(vehicle)
         return [] if lookout is None else lookout.results(self._now_us)
 

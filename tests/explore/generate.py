@@ -81,7 +81,7 @@ _ONBOARD: dict[tuple[str, str], tuple[tuple[str, tuple[float, ...]], ...]] = {
         ("WP_SPEED", (0.5, 5.0)), ("WP_RADIUS", (0.5, 5.0)), ("FS_GCS_ENABLE", (1.0,)),
     ),
 }  # fmt: skip
-# What a ground station sets in flight: legal, and not always wise.
+# Parameters that a ground station sets in flight: legal, and not always wise.
 _SET_IN_FLIGHT: dict[tuple[str, str], tuple[tuple[str, tuple[float, ...]], ...]] = {
     ("copter", "ardupilot"): (
         *_ONBOARD["copter", "ardupilot"],
@@ -374,7 +374,7 @@ class _Author:
                 self._add(t, craft, what, seen=seen)
 
     def _settings(self, craft: int) -> None:
-        """What a ground station sets in flight in one scenario of three, without a draw."""
+        """Parameters and home set in flight, in one scenario of three, without a draw."""
         rng = random.Random(f"settings {self.seed} {craft}")
         if rng.random() > 0.33:
             return

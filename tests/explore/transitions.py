@@ -120,14 +120,14 @@ class Cell:
         begins_s = events[-1].time_s + self.after_s
         steps = troubles(self.firmware)[self.trouble]
         happening = [Event(begins_s + s, 0, what, dict(how)) for s, what, how in steps]
-        # What lasts goes on for longer than anything that the vehicle does about it by itself.
+        # The flight goes on for longer than any trouble lasts, and than a failsafe takes.
         rest = Event(begins_s + 60.0, 0, "link")
         return _scenario(self.firmware, (*events, *happening, rest))
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What came of a flight: the code of the end, "no end" without one, and violated policies."""
+    """The end of a flight: its code, "no end" without one, and the violated policies."""
 
     cell: Cell
     code: str

@@ -16,7 +16,7 @@ from mavlink_sitl.world.model import Mark, MarkCamera
 Array = NDArray[np.float64]
 
 _KEPT = 100
-"""Nobody may ask for what was seen"""
+"""Sightings that wait at most, where nobody asks for them"""
 
 
 class Lookout:
@@ -65,7 +65,7 @@ class Lookout:
         self._seen.append(Sighting(now_us, (x, y, z)))
 
     def results(self, now_us: int) -> list[Sighting]:
-        """What is known by now and was not returned before, the oldest first."""
+        """The sightings that have been processed since the last call, the oldest first."""
         limit_us = now_us - round(1e6 * self._camera.delay_s)
         found = []
         while self._seen and self._seen[0].measured_us <= limit_us:

@@ -16,17 +16,16 @@ from navigation_core.safety.speed_at_bounds import Bounds, SpeedAtBounds
 from navigation_core.safety.target_checks import FlightVolume
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.inputs.velocity_command import VelocityCommand, VelocityFrame
-from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
+from navigation_core.tasks.intents import Outcome, Perform
 from navigation_core.tasks.observation import (
     OperationReport,
     OperationStatus,
     TaskOperation,
-    VehicleMode,
 )
 from navigation_core.tasks.progress import Status
 from navigation_core.tasks.steering.plane_course import CourseTerms, FlyPlaneCourse
 from navigation_core.tasks.watching.plane_route import circle_max_m
-from tests.support.models.observations import HOVERING
+from tests.support.models.steered_vehicle import SteeredVehicle
 from tests.support.models.vehicle_traits import PLANE
 
 TRAITS = replace(
@@ -50,30 +49,19 @@ MAP, BODY = VelocityFrame.MAP, VelocityFrame.BODY
 EAST = (18.0, 0.0, 0.0)
 
 
-class Plane:
+class Plane(SteeredVehicle):
     """A plane that turns to where it is sent, and the task that sends it."""
 
     def __init__(self, fence: Fence | None = None, bounds: Bounds = BOUNDS) -> None:
-        self.task = FlyPlaneCourse(CourseTerms(CONFIG, TRAITS, bounds, TIMEOUT_S, 22.3))
-        self.now, self.speed_m_s, self.course_rad = 100.0, 18.0, 0.0
+        self.speed_m_s, self.course_rad = 18.0, 0.0
         self.target: Vector3 | None = None
         self.sent: list[Vector3] = []
         self.speeds_m_s: list[float] = []
-        self.seen = replace(
-            HOVERING, position_enu_m=(0.0, 0.0, 60.0), velocity_enu_m_s=EAST, fence=fence,
-            mode=VehicleMode.CONTROL, time_s=self.now,
-        )  # fmt: skip
-        self.answer: Intent | Outcome = Wait()
-        self.task.start(self.seen, self.now)
-
-    @property
-    def place(self) -> Vector3:
-        assert self.seen.position_enu_m is not None
-        return self.seen.position_enu_m
-
-    @property
-    def status(self) -> Status:
-        return self.task.progress(self.seen, self.now).status
+        task = FlyPlaneCourse(CourseTerms(CONFIG, TRAITS, bounds, TIMEOUT_S, 22.3))
+        at_enu_m = (0.0, 0.0, 60.0)
+        super().__init__(
+            task, TRAITS, CONFIG, position_enu_m=at_enu_m, velocity_enu_m_s=EAST, fence=fence
+        )
 
     @property
     def limited_by(self) -> str:
@@ -92,12 +80,12 @@ class Plane:
                 command = VelocityCommand(self.now, frame, linear, rate)
                 self.seen = replace(self.seen, command=command)
             self.answer = self.task.step(self.seen, self.now)
-            self._obey()
+            self._go_where_sent()
             self._move()
             if isinstance(self.answer, Outcome):
                 return
 
-    def _obey(self) -> None:
+    def _go_where_sent(self) -> None:
         answer = self.answer
         if not isinstance(answer, Perform):
             return
