@@ -748,7 +748,7 @@ def test_a_server_that_was_killed_is_missed_and_found_again(scene: Scene, page: 
         assert "server does not respond" in answer["text"]
     flight.server = flight.start_server()
     page.wait(f"document.getElementById('banner').hidden && {READY}", READY_TIMEOUT_S)
-    assert "restarted" in page.text("events")
+    page.wait("document.getElementById('events').textContent.includes('restarted')")
 
 
 def test_a_recorded_flight_is_played_on_the_page(scene: Scene) -> None:
