@@ -61,7 +61,7 @@ class BagGoals:
         message = kind.type.Impl.FeedbackMessage()
         message.goal_id = goal.status.goal_info.goal_id
         stamp = self._node.get_clock().now().to_msg()
-        message.feedback = kind.feedback(feedback, stamp, self._frames.map)
+        kind.feedback(message.feedback, feedback, stamp, self._frames.map)
         self._publish(kind, "feedback", type(message), message, _FEEDBACK_QOS)
 
     def finish(self, finished: GoalFinished) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, PoseStamped
@@ -47,6 +47,8 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.progress import FollowState
 
 M = TypeVar("M")
+# Of a message, by name.
+Fields: TypeAlias = dict[str, object]
 
 _REFERENCES = {
     Waypoint.FRAME_GEODETIC_AMSL: AltitudeReference.AMSL,
@@ -218,7 +220,7 @@ def _or_nan(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def _common_feedback(feedback: GoalFeedback) -> dict[str, object]:
+def _common_feedback(feedback: GoalFeedback) -> Fields:
     """Return the fields that all feedbacks have but the pose; an unknown battery is NaN."""
     remaining = feedback.battery_remaining
     return {
@@ -227,7 +229,7 @@ def _common_feedback(feedback: GoalFeedback) -> dict[str, object]:
     }
 
 
-def _feedback_to_end(feedback: GoalFeedback) -> dict[str, object]:
+def _feedback_to_end(feedback: GoalFeedback) -> Fields:
     """Return the fields of a goal that has a target or an end."""
     return {
         **_common_feedback(feedback),
@@ -236,11 +238,11 @@ def _feedback_to_end(feedback: GoalFeedback) -> dict[str, object]:
     }
 
 
-def velocity_feedback(make: Callable[..., M], feedback: GoalFeedback) -> M:
-    """Return the feedback of a goal that follows velocity commands."""
+def velocity_feedback(feedback: GoalFeedback) -> Fields:
+    """Return the fields of the feedback of a goal that follows velocity commands."""
     east, north, up = feedback.velocity_enu_m_s or (math.nan, math.nan, math.nan)
     moves = math.hypot(east, north) >= _COURSE_LEAST_M_S
-    return make(
+    return dict(
         **_common_feedback(feedback),
         height=_or_nan(feedback.height_m),
         setpoint_delay=feedback.late_s,
@@ -251,13 +253,13 @@ def velocity_feedback(make: Callable[..., M], feedback: GoalFeedback) -> M:
     )
 
 
-def follow_feedback(make: Callable[..., M], feedback: GoalFeedback) -> M:
-    """Return the feedback of a goal that follows a target."""
+def follow_feedback(feedback: GoalFeedback) -> Fields:
+    """Return the fields of the feedback of a goal that follows a target."""
     follow = feedback.follow
     state = FollowState.ACQUIRING if follow is None else follow.state
     place = None if follow is None else follow.position_enu_m
     x, y, z = place or (math.nan, math.nan, math.nan)
-    return make(
+    return dict(
         **_common_feedback(feedback),
         state=getattr(Follow.Feedback, state.value),
         distance=math.nan if follow is None else follow.distance_m,
@@ -269,9 +271,9 @@ def follow_feedback(make: Callable[..., M], feedback: GoalFeedback) -> M:
     )
 
 
-def flown_feedback(make: Callable[..., M], feedback: GoalFeedback, **more: object) -> M:
-    """Return the feedback of a flight that is led, with more fields."""
-    return make(
+def flown_feedback(feedback: GoalFeedback, **more: object) -> Fields:
+    """Return the fields of the feedback of a flight that is led, with more fields."""
+    return dict(
         **_feedback_to_end(feedback),
         replans=feedback.replans,
         setpoint_delay=feedback.late_s,
@@ -279,30 +281,26 @@ def flown_feedback(make: Callable[..., M], feedback: GoalFeedback, **more: objec
     )
 
 
-def height_feedback(make: Callable[..., M], feedback: GoalFeedback) -> M:
-    """Return the feedback of a climb or descent."""
-    return make(**_feedback_to_end(feedback), height=_or_nan(feedback.height_m))
+def height_feedback(feedback: GoalFeedback) -> Fields:
+    """Return the fields of the feedback of a climb or descent."""
+    return dict(**_feedback_to_end(feedback), height=_or_nan(feedback.height_m))
 
 
-def waypoints_feedback(make: Callable[..., M], feedback: GoalFeedback) -> M:
-    """Return the feedback of a route."""
+def waypoints_feedback(feedback: GoalFeedback) -> Fields:
+    """Return the fields of the feedback of a route."""
     route = feedback.route
-    if route is None:
-        return flown_feedback(make, feedback)
     return flown_feedback(
-        make,
         feedback,
-        current_waypoint=route.current,
-        current_lap=route.lap,
-        waypoints_remaining=route.remaining,
+        current_waypoint=0 if route is None else route.current,
+        current_lap=0 if route is None else route.lap,
+        waypoints_remaining=0 if route is None else route.remaining,
     )
 
 
-def orbit_feedback(make: Callable[..., M], feedback: GoalFeedback) -> M:
-    """Return the feedback of a circle."""
+def orbit_feedback(feedback: GoalFeedback) -> Fields:
+    """Return the fields of the feedback of a circle."""
     orbit = feedback.orbit
     return flown_feedback(
-        make,
         feedback,
         laps_flown=0.0 if orbit is None else orbit.laps_flown,
         radius_error=math.nan if orbit is None else orbit.radius_error_m,

@@ -44,6 +44,7 @@ from mavlink_vehicle.state.vehicle_state import VehicleState
 
 _CHECK_PERIOD_S = 2.0
 _EXPECTED_IN_WINDOW = 4
+_TOGETHER_S = 0.5
 _RATE_SHARE_MIN = 0.4
 """A lossy link may swallow more than half; less than this means that the rate has fallen."""
 _RETRY_S = 1.0
@@ -336,13 +337,19 @@ class MessageRates(Machine[VehicleEvent], VehicleService):
             self._asked = due[0]
             self._fire(RatesInput.ASK, now)
         else:
-            self.deadline_s = min(
-                (
-                    w.due_s if w.due_s is not None else w.window_start_s + w.window_s
-                    for w in self._wishes.values()
-                ),
-                default=None,
-            )
+            self.deadline_s = self._next_look_s()
+
+    def _next_look_s(self) -> float | None:
+        """Return when the next is due, or windows are over; None if nothing is wanted."""
+        wishes = self._wishes.values()
+        due_s = min((w.due_s for w in wishes if w.due_s is not None), default=None)
+        ends_s = [w.window_start_s + w.window_s for w in wishes if w.due_s is None]
+        if not ends_s:
+            return due_s
+        # Windows that end close together are judged together, and from then on end together.
+        together_s = min(ends_s) + _TOGETHER_S
+        look_s = max(end_s for end_s in ends_s if end_s <= together_s)
+        return look_s if due_s is None else min(look_s, due_s)
 
     def _want(self, wish: _Wish, now: float) -> None:
         if wish.group is not None:
