@@ -68,6 +68,18 @@ for seed in range(6):
     assert used - warmed == set()
 
 
+def test_a_way_around_a_few_others_needs_no_scipy() -> None:
+    planned = """
+import numpy as np
+from navigation_core.mapping.obstacles import Obstacles
+from navigation_core.planning.planner import Path, PlanLimits, plan
+others = Obstacles(posts=np.array([[12.0, 1.0, 2.0, 0.0, 30.0], [20.0, -1.0, 2.0, 0.0, 30.0]]))
+found = plan((0.0, 0.0, 5.0), (40.0, 0.0, 5.0), others, PlanLimits(3.0, (2.0, 30.0)))
+assert isinstance(found, Path) and len(found.points_enu_m) > 2, found
+"""
+    assert not loaded_after(planned) & SCIPY
+
+
 def test_tracking_what_moves_needs_no_scipy_which_may_still_be_loading() -> None:
     tracked = """
 import numpy as np

@@ -113,9 +113,6 @@ class NavigationServer:
         if config.vehicles:
             refuse_changes(root, settings[0][0].get_fully_qualified_name())
             self._spinners = [Spinner(node) for node, _, _ in settings]
-        traffic = config.bridge.traffic
-        several = len(config.vehicles) > 1 or bool(traffic.peers or traffic.topic)
-        self._meets_others = traffic.on and several
         self._collections = ShortCollections()
         on_exit.callback(self._collections.close)
         self._network = network
@@ -204,13 +201,13 @@ class NavigationServer:
                 vehicle.log_ready()
 
     def _prepare_searches(self) -> None:
-        """Load what searches need, once there is something to avoid: a third of the memory.
+        """Load what searches among obstacles may need, once there are some: a third of the memory.
 
-        The first search loads it for anything else, such as a vehicle of a server that is no peer.
+        Ways around other vehicles need it so seldom that the search which does loads it.
         """
         if self._searches is None or self._searches.is_warm:
             return
-        if self._meets_others or any(vehicle.has_to_avoid for vehicle in self._vehicles):
+        if any(vehicle.has_to_avoid for vehicle in self._vehicles):
             self._searches.warm_up(self._begin_collections)
 
     def _begin_collections(self) -> None:

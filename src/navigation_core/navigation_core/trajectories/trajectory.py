@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -157,13 +158,13 @@ class Trajectory:
         return (*points, self.end_position_enu_m)
 
     @cached_property
-    def _lengths_ahead(self) -> list[float]:
+    def _lengths_ahead(self) -> array[float]:
         """Lengths of the path that lies ahead, at equal steps of time."""
         count = min(max(int(self.duration_s / _LENGTH_STEP_S), 1), _LENGTH_STEPS_MAX)
         points = self.samples(np.linspace(0.0, self.duration_s, count, endpoint=False))[0]
         steps = np.diff(points, axis=0, append=[self.end_position_enu_m])
         ahead_m = np.cumsum(np.linalg.norm(steps[::-1], axis=1))[::-1]
-        return [*ahead_m.tolist(), 0.0]
+        return array("d", [*ahead_m.tolist(), 0.0])
 
 
 def plan_to(start: KinematicState, goal_enu_m: Vector3, limits: Limits) -> Trajectory:
