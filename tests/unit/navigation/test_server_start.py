@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -43,6 +44,21 @@ def test_client_reads_its_command_line_without_ros_and_sends_a_goal_without_the_
     assert not loaded & {*HEAVY, "mavlink_vehicle.codec", "numpy", "rclpy"}
     loaded = loaded_after("import drone_navigation.client.session")
     assert not loaded & {*HEAVY - {"rich"}, *SCIPY, "mavlink_vehicle.codec", "rich.progress"}
+
+
+def test_a_program_starts_no_thread_of_numpys_for_each_processor() -> None:
+    script = """
+import sys; sys.argv[0] = "navigation_client"
+import os, drone_navigation.navigation_client, numpy
+print(len(os.listdir("/proc/self/task")), os.environ["OPENBLAS_NUM_THREADS"])
+"""
+    variables = {name: value for name, value in os.environ.items() if "BLAS" not in name}
+    for more, said in (({}, ["1", "1"]), ({"OPENBLAS_NUM_THREADS": "2"}, "2")):
+        done = subprocess.run(
+            [sys.executable, "-c", script], env={**variables, **more}, check=True,
+            capture_output=True, text=True, timeout=HANGS_AFTER_S,
+        )  # fmt: skip
+        assert done.stdout.split()[-len(said) :] == list(said)
 
 
 def test_search_thread_loads_beforehand_all_that_searches_use() -> None:

@@ -68,6 +68,9 @@ def run_program(
 
 # A test that imports a program keeps its own handler.
 if Path(sys.argv[0]).stem in PROGRAMS:
+    # NumPy's library would start a thread per processor, which costs a client a fifth of its time.
+    # The programs' matrices are too small to share.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     # A program that starts this one in its terminal holds an interrupt back until here.
     signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGINT,))
