@@ -18,7 +18,7 @@ _HORIZON = mavlink.GIMBAL_MANAGER_FLAGS_ROLL_LOCK | mavlink.GIMBAL_MANAGER_FLAGS
 _LOCKED = _HORIZON | mavlink.GIMBAL_MANAGER_FLAGS_YAW_LOCK
 _NEUTRAL = mavlink.GIMBAL_MANAGER_FLAGS_NEUTRAL
 _AS_IT_IS = math.nan
-_RELEASE = -3.0
+_ITSELF, _RELEASE = -2.0, -3.0
 _REPORT_US = 200_000.0
 # DO_SET_ACTUATOR has -1 to 1 for the same pulses.
 _MIDDLE_US, _HALF_RANGE_US = 1500.0, 500.0
@@ -53,6 +53,7 @@ class EquipmentRules:
             NaN for the fifth and the sixth, so that it is not stored there.
         channel_max: the highest output.
         whole_degrees: a mission stores angles of a gimbal in whole degrees, and no rates.
+        controlled_missions: a mission turns the gimbal only after it has taken the control of it.
         open_end: of several acts after the last waypoint of a mission only the first is done.
     """
 
@@ -60,6 +61,7 @@ class EquipmentRules:
     actuators: bool = False
     channel_max: int = 32
     whole_degrees: bool = False
+    controlled_missions: bool = False
     open_end: bool = False
 
     def photo(self, number: int = 0) -> EquipmentCommand:
@@ -76,6 +78,11 @@ class EquipmentRules:
     def control_gimbal(self, system: int, component: int) -> EquipmentCommand:
         """Take the primary control of the gimbal, without which a PX4 does not turn it."""
         params = (float(system), float(component), -1.0, -1.0)
+        return EquipmentCommand(mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE, params)
+
+    def control_by_mission(self) -> EquipmentCommand:
+        """Give the primary control of the gimbal to the autopilot, in whose name a mission acts."""
+        params = (_ITSELF, _ITSELF, -1.0, -1.0)
         return EquipmentCommand(mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE, params)
 
     def point_angle(
