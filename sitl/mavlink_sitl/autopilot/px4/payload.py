@@ -1,4 +1,4 @@
-"""The gimbal of a PX4, as its module for MAVLink's gimbal protocol v2 moves servos.
+"""The gimbal of a PX4, as its module for MAVLink's gimbal protocol v2 moves servos, and its camera.
 
 Recorded of PX4 1.17 with that module, MNT_MODE_IN 4 and MNT_MODE_OUT 0: who is in control, what is
 accepted, and where the gimbal points then. The module starts with the vehicle, if at all.
@@ -46,7 +46,7 @@ def upright(pitch_deg: float, yaw_deg: float) -> Angles:
 
 
 class Px4Payload(Payload):
-    """The gimbal of one PX4, from one power-up to the next.
+    """Gimbal and camera of one PX4, from one power-up to the next.
 
     Attributes:
         own: system and component of the autopilot itself.
@@ -56,8 +56,12 @@ class Px4Payload(Payload):
 
     _vehicle: Px4Vehicle
 
-    def __init__(self, vehicle: Px4Vehicle) -> None:
+    def __init__(self, vehicle: Px4Vehicle, has_camera: bool = False) -> None:
         super().__init__(vehicle)
+        self._has_camera = has_camera
+        self._number = 0.0
+        self._interval_s, self._left = 0.0, 0
+        self._photo_at_s = math.inf
         values = vehicle.parameters
         takes = values["MNT_MODE_IN"] in (_AUTO, _GIMBAL_V2)
         self._runs = takes and values["MNT_MODE_OUT"] == _SERVOS
@@ -72,6 +76,41 @@ class Px4Payload(Payload):
     def has_gimbal(self) -> bool:
         """Whether the module runs."""
         return self._runs
+
+    @property
+    def has_camera(self) -> bool:
+        """Whether a MAVLink camera is beside the autopilot."""
+        return self._has_camera
+
+    def start_capture(self, interval_s: float, count: int, number: float) -> Result:
+        """IMAGE_START_CAPTURE.
+
+        Args:
+            interval_s: between photos.
+            count: how many; 0 until they are stopped.
+            number: of a single photo; one that came before is a repetition.
+        """
+        if count == 1 and number > 0.0 and number == self._number:
+            return Result.ACCEPTED
+        if count != 1 and interval_s == 0.0:
+            return Result.DENIED
+        self._number = number
+        self._interval_s, self._left = interval_s, count - 1
+        self._photo_at_s = math.inf if count == 1 else self._vehicle.now_s + interval_s
+        return self.take_photo()
+
+    def stop_capture(self) -> Result:
+        """IMAGE_STOP_CAPTURE."""
+        self._photo_at_s = math.inf
+        return Result.ACCEPTED
+
+    def _take_due_photo(self) -> None:
+        if self._vehicle.now_s < self._photo_at_s:
+            return
+        self._left -= 1
+        ends = self._left == 0
+        self._photo_at_s = math.inf if ends else self._photo_at_s + self._interval_s
+        self.take_photo()
 
     def configure_for(self, primary: tuple[float, float], source: tuple[int, int]) -> Result:
         """DO_GIMBAL_MANAGER_CONFIGURE: system and component each for itself.
@@ -147,9 +186,12 @@ class Px4Payload(Payload):
         self._set_at_s = self._vehicle.now_s
 
     def update(self) -> None:
-        """Move the servos."""
-        if not self._runs:
-            return
+        """Take the photo that is due, and move the servos."""
+        self._take_due_photo()
+        if self._runs:
+            self._turn()
+
+    def _turn(self) -> None:
         now_s = self._vehicle.now_s
         passed_s, self._moved_at_s = now_s - self._moved_at_s, now_s
         wanted = self._wanted if self.target is None else self._towards(self.target)
@@ -194,6 +236,12 @@ class Px4Payload(Payload):
     def do(self, item: PlanItem, place: GeoPoint | None) -> None:
         """Do an item of a mission, in the autopilot's own name."""
         first, second, third, fourth = item.params
+        if item.command == Cmd.IMAGE_START_CAPTURE and self._has_camera:
+            self.start_capture(second, int(third), fourth)
+        elif item.command == Cmd.IMAGE_STOP_CAPTURE:
+            self.stop_capture()
+        if not self._runs:
+            return
         if item.command == Cmd.GIMBAL_CONFIGURE:
             self.configure_for((first, second), self.own)
         elif item.command == Cmd.GIMBAL_PITCHYAW:

@@ -113,7 +113,7 @@ class Px4Vehicle(Commander):
         self.after_disarming = px4.LOITER
         self._refused_at_s = -math.inf
         super().__init__(start)
-        self.payload = Px4Payload(self)
+        self.payload = Px4Payload(self, start.photo_camera)
 
     # State.
 
