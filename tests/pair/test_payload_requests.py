@@ -125,6 +125,20 @@ def test_a_photo_is_taken_once_and_reported_with_its_place(flight: SimulatedFlig
     assert photo.place[0] == pytest.approx(place.latitude_deg, abs=1e-6)
 
 
+def test_a_photo_of_a_px4_is_taken_by_the_camera_beside_it() -> None:
+    simulated = VehicleConfig(autopilot="px4", ready_after_s=1.0, photo_camera=True)
+    flight = SimulatedFlight(simulated=simulated).ready()
+    requests = flight.bridge.feature(PayloadRequests)
+    photos: list[PhotoReported] = []
+    done: list[PayloadDone] = []
+    requests.on_photo = photos.append
+    requests.take_photo(done.append, flight.now)
+    flight.run_for(2.0)
+    assert [each.code for each in done] == [OutcomeCode.SUCCESS], done
+    assert [photo.success for photo in photos] == [True]
+    assert flight.simulation.vehicles[0].firmware.payload.photos == 1
+
+
 @pytest.mark.parametrize(
     ("request_", "code", "text"),
     [

@@ -33,12 +33,14 @@ class EquipmentCommand:
         params: param1 to param7, or their beginning.
         place: latitude and longitude in degrees and altitude above mean sea level in metres, in
             place of param5 to param7.
+        to_camera: it is for the camera that is a component of its own, if there is one.
         older: what an older firmware knows instead, for a command that is sent.
     """
 
     command: int
     params: tuple[float, ...] = ()
     place: tuple[float, float, float] | None = None
+    to_camera: bool = False
     older: EquipmentCommand | None = None
 
 
@@ -54,6 +56,8 @@ class EquipmentRules:
         channel_max: the highest output.
         whole_degrees: a mission stores angles of a gimbal in whole degrees, and no rates.
         controlled_missions: a mission turns the gimbal only after it has taken the control of it.
+        own_camera: photos are asked of the camera's own component, where one is heard; the
+            autopilot does not pass them on.
         open_end: of several acts after the last waypoint of a mission only the first is done.
     """
 
@@ -62,13 +66,15 @@ class EquipmentRules:
     channel_max: int = 32
     whole_degrees: bool = False
     controlled_missions: bool = False
+    own_camera: bool = False
     open_end: bool = False
 
     def photo(self, number: int = 0) -> EquipmentCommand:
         """Take one photo; a number above 0 keeps a repeated command from taking another."""
         older = EquipmentCommand(mavlink.MAV_CMD_DO_DIGICAM_CONTROL, (0.0, 0.0, 0.0, 0.0, 1.0))
         params = (0.0, 0.0, 1.0, float(number))
-        return EquipmentCommand(mavlink.MAV_CMD_IMAGE_START_CAPTURE, params, older=older)
+        command = mavlink.MAV_CMD_IMAGE_START_CAPTURE
+        return EquipmentCommand(command, params, to_camera=self.own_camera, older=older)
 
     def trigger_distance(self, distance_m: float) -> EquipmentCommand:
         """Take a photo now and each time that a distance was flown; 0 ends that."""

@@ -128,7 +128,10 @@ _COMMON = Profile(
     # Observed: DO_SET_SERVO is rejected as a command and in a mission. A command for equipment
     # whose module does not run is not answered at all. DO_GIMBAL_MANAGER_PITCHYAW is denied to all
     # but the one in control, the autopilot's own mission too.
-    equipment=EquipmentRules(actuators=True, channel_max=4, controlled_missions=True),
+    # A command for a camera is UNSUPPORTED by the autopilot; a mission's goes to component 100.
+    equipment=EquipmentRules(
+        actuators=True, channel_max=4, controlled_missions=True, own_camera=True
+    ),
     parameters_bytewise=True,
 )
 
