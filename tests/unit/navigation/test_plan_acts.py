@@ -94,6 +94,7 @@ def test_a_delay_between_acts_keeps_its_place() -> None:
         row(1000, -90, NAN, NAN, NAN, 12),
         row(1000, -90, 0, 5, 5, 12),
         row(205, 0, 0, 0, 0, 0, 0, 4),
+        row(1001, -2, -2, -1, -1),
     ],
 )
 def test_what_no_act_expresses_is_left_out_and_counted(

@@ -36,11 +36,12 @@ _GATE = mavlink.MAV_CMD_CONDITION_GATE
 _WAYPOINTS = frozenset({_WAYPOINT, _LOITER_TIME, _LOITER_UNLIM})
 _ENDS = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH})
 # Cameras and gimbals that no act expresses, and the gate that triggers one: the path is the same
-# without them.
+# without them. The control of a gimbal is taken by the act that points it.
 _LEFT_OUT = frozenset(
     {
         mavlink.MAV_CMD_DO_CONTROL_VIDEO,
         mavlink.MAV_CMD_DO_DIGICAM_CONFIGURE,
+        mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE,
         mavlink.MAV_CMD_DO_MOUNT_CONFIGURE,
         mavlink.MAV_CMD_DO_SET_CAM_TRIGG_INTERVAL,
         mavlink.MAV_CMD_DO_TRIGGER_CONTROL,
