@@ -19,8 +19,11 @@ from tests.support.stations.mavsdk_station import WAIT_S, wait, within
 pytestmark = pytest.mark.wide
 
 
-def test_the_gimbal_is_found_controlled_pointed_and_released() -> None:
-    with connected("--autopilot", "px4", "--param", "MNT_MODE_IN=4") as flight:
+@pytest.mark.parametrize("device", [0, pytest.param(2, marks=pytest.mark.night)])
+def test_the_gimbal_is_found_controlled_pointed_and_released(device: int) -> None:
+    """By servos, and with MAVLink."""
+    own = ("--param", "MNT_MODE_IN=4", "--param", f"MNT_MODE_OUT={device}")
+    with connected("--autopilot", "px4", *own) as flight:
         gimbal = Gimbal(flight.system)
         wait(lambda: bool(gimbal.gimbal_list().gimbals), "a gimbal")
         (found,) = gimbal.gimbal_list().gimbals

@@ -68,12 +68,20 @@ def test_a_locked_yaw_is_from_east_whatever_the_vehicle_faces(flight: SimulatedF
     assert flight.bridge.feature(PayloadRequests).is_there(north, flight.now) is True
 
 
-@pytest.mark.parametrize(("stabilises", "reached"), [(0.0, False), (2.0, True)])
+@pytest.mark.parametrize(
+    ("device", "stabilises", "reached"), [(0.0, 0.0, False), (0.0, 2.0, True), (2.0, 0.0, True)]
+)
 def test_a_px4_with_a_gimbal_points_it_and_says_whether_it_is_there(
-    stabilises: float, reached: bool
+    device: float, stabilises: float, reached: bool
 ) -> None:
-    """A servo that the parameters do not let turn against the vehicle is not where it should be."""
-    flight = flight_of("px4", MNT_MODE_IN=4.0, MNT_RANGE_PITCH=180.0, MNT_DO_STAB=stabilises)
+    """Device 2 is one with MAVLink. A servo that is not stabilised is not where it should be."""
+    flight = flight_of(
+        "px4",
+        MNT_MODE_IN=4.0,
+        MNT_MODE_OUT=device,
+        MNT_RANGE_PITCH=180.0,
+        MNT_DO_STAB=stabilises,
+    )
     requests = flight.bridge.feature(PayloadRequests)
     payload = flight.simulation.vehicles[0].firmware.payload
     assert point(flight, DOWN).code is OutcomeCode.SUCCESS

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
@@ -35,9 +37,9 @@ def test_it_is_a_component_of_its_own_and_describes_itself(station: Px4Station) 
         name = mav.mavlink_map[message_id].msgname
         assert station.last(name).get_srcComponent() == CAMERA
     assert station.last("CAMERA_INFORMATION").flags == mav.CAMERA_CAP_FLAGS_CAPTURE_IMAGE
-    assert station.command_results(mav.MAV_CMD_REQUEST_MESSAGE, 30, component=CAMERA) == [
-        UNSUPPORTED
-    ]
+    for absent in (30.0, math.nan, math.inf):
+        results = station.command_results(mav.MAV_CMD_REQUEST_MESSAGE, absent, component=CAMERA)
+        assert results == [UNSUPPORTED]
 
 
 def test_it_takes_each_photo_once_and_only_if_it_is_addressed(station: Px4Station) -> None:
@@ -49,7 +51,8 @@ def test_it_takes_each_photo_once_and_only_if_it_is_addressed(station: Px4Statio
 
 
 def test_it_takes_photos_at_an_interval_until_it_is_stopped(station: Px4Station) -> None:
-    assert station.command_results(START, 0, 0, 0, component=CAMERA) == [DENIED]
+    for bad in ((0, 0), (-1, 3), (math.nan, 3), (1, math.nan), (1, -2)):
+        assert station.command_results(START, 0, *bad, component=CAMERA) == [DENIED]
     assert station.command_results(START, 0, 0.5, 3, component=CAMERA) == [ACCEPTED]
     station.run(3.0)
     assert indices(station) == [0, 1, 2]

@@ -65,7 +65,7 @@ def near(*angles: float) -> tuple[float, float, float]:
 
 
 def test_without_the_module_nobody_answers_and_nothing_is_reported() -> None:
-    for station in (ready_px4().quiet(), station_of(MNT_MODE_OUT=2.0), station_of(MNT_MODE_IN=1.0)):
+    for station in (ready_px4().quiet(), station_of(MNT_MODE_OUT=1.0), station_of(MNT_MODE_IN=1.0)):
         for command in (CONFIGURE, PITCHYAW, MOUNT):
             assert station.command_results(command, 1, 191, -1, -1) == []
         for message_id in (265, 280, 281, 285):
@@ -191,6 +191,33 @@ def test_streams_of_attitudes_and_rates_point_it_too(station: Px4Station) -> Non
     )
     station.run(4.0)
     assert angles_deg(station) == pytest.approx((0.0, 1.35, 30.0), abs=0.7)
+
+
+def test_a_gimbal_with_mavlink_is_a_component_that_reports_itself() -> None:
+    station = in_control(station_of(MNT_MODE_OUT=2.0))
+    information = requested(station, 280)
+    assert (information.gimbal_device_id, information.cap_flags) == (154, 2047)
+    assert information.pitch_min == pytest.approx(-math.pi / 2), "radians here"
+    assert station.command(mav.MAV_CMD_REQUEST_MESSAGE, 285) == DENIED, "it reports that itself"
+    assert requested(station, 283).get_srcComponent() == 1
+    assert station.command_results(mav.MAV_CMD_REQUEST_MESSAGE, 283, component=154) == [ACCEPTED]
+    assert station.last("GIMBAL_DEVICE_INFORMATION").get_srcComponent() == 154
+    assert {m.type for m in station.messages("HEARTBEAT") if m.get_srcComponent() == 154} == {
+        mav.MAV_TYPE_GIMBAL
+    }
+    assert station.messages("MOUNT_ORIENTATION") == []
+    assert station.command(PITCHYAW, -95, 20, NAN, NAN, 12) == ACCEPTED
+    begin = len(station.log)
+    station.run(2.0)
+    names = [message.get_type() for _, message in station.log[begin:]]
+    assert names.count("GIMBAL_DEVICE_ATTITUDE_STATUS") in (9, 10, 11)
+    report = station.last("GIMBAL_DEVICE_ATTITUDE_STATUS")
+    assert (report.get_srcComponent(), report.gimbal_device_id, report.flags) == (154, 0, 44)
+    assert station.command(PITCHYAW, -30, 90, NAN, NAN, 28) == ACCEPTED
+    station.run(2.5)
+    report = station.last("GIMBAL_DEVICE_ATTITUDE_STATUS")
+    assert report.flags == 60
+    assert station.last("GIMBAL_MANAGER_STATUS").flags == 60
 
 
 def test_landing_takes_it_turns_it_ahead_and_releases_it(station: Px4Station) -> None:

@@ -1,7 +1,9 @@
-"""The gimbal of a PX4, as its module for MAVLink's gimbal protocol v2 moves servos, and its camera.
+"""The gimbal of a PX4 and its camera.
 
-Recorded of PX4 1.17 with that module, MNT_MODE_IN 4 and MNT_MODE_OUT 0: who is in control, what is
-accepted, and where the gimbal points then. The module starts with the vehicle, if at all.
+Its module for MAVLink's gimbal protocol v2 moves servos (MNT_MODE_OUT 0), or passes on what it
+is asked for to a gimbal with MAVLink (2). Recorded of PX4 1.17 with that module and MNT_MODE_IN 4:
+who is in control, what is accepted, and where the gimbal points then. The module starts with the
+vehicle, if at all.
 """
 
 from __future__ import annotations
@@ -22,7 +24,12 @@ Rates = tuple[float, float]
 RETRACT, ROLL_LOCK, PITCH_LOCK = 1, 4, 8
 LOCKS = ROLL_LOCK | PITCH_LOCK | YAW_LOCK
 _AUTO, _GIMBAL_V2 = 0.0, 4.0
-_SERVOS = 0.0
+SERVOS, MAVLINK_GIMBAL = 1, 154
+"""Gimbal devices: the autopilot itself, or a component of its own"""
+_DEVICES = {0.0: SERVOS, 2.0: MAVLINK_GIMBAL}
+"""By MNT_MODE_OUT"""
+LIMITS_DEG = {"ROLL": (-30.0, 30.0), "PITCH": (-90.0, 45.0), "YAW": (-180.0, 180.0)}
+"""Of the gimbal with MAVLink"""
 _ALL_AXES, _YAW_ALONE = 1.0, 2.0
 """Values of MNT_DO_STAB"""
 RATES_S = 2.0
@@ -49,6 +56,7 @@ class Px4Payload(Payload):
     """Gimbal and camera of one PX4, from one power-up to the next.
 
     Attributes:
+        device: SERVOS or MAVLINK_GIMBAL; 0 without a gimbal.
         own: system and component of the autopilot itself.
         roll_deg: of the gimbal.
         flags: ROLL_LOCK, PITCH_LOCK and YAW_LOCK of what it was asked for last.
@@ -64,7 +72,7 @@ class Px4Payload(Payload):
         self._photo_at_s = math.inf
         values = vehicle.parameters
         takes = values["MNT_MODE_IN"] in (_AUTO, _GIMBAL_V2)
-        self._runs = takes and values["MNT_MODE_OUT"] == _SERVOS
+        self.device = _DEVICES.get(values["MNT_MODE_OUT"], 0) if takes else 0
         self.own = (1, 1)
         self.roll_deg = 0.0
         self.flags = ROLL_LOCK | PITCH_LOCK
@@ -75,7 +83,7 @@ class Px4Payload(Payload):
     @property
     def has_gimbal(self) -> bool:
         """Whether the module runs."""
-        return self._runs
+        return self.device != 0
 
     @property
     def has_camera(self) -> bool:
@@ -188,7 +196,7 @@ class Px4Payload(Payload):
     def update(self) -> None:
         """Take the photo that is due, and move the servos."""
         self._take_due_photo()
-        if self._runs:
+        if self.device:
             self._turn()
 
     def _turn(self) -> None:
@@ -216,10 +224,10 @@ class Px4Payload(Payload):
         return 0.0, math.degrees(pitch_rad), math.degrees(math.atan2(east, north))
 
     def _stabilised(self, angles_deg: Angles) -> Angles:
-        """By the vehicle's attitude, where MNT_DO_STAB says that the gimbal does not do it."""
+        """From the nose; servos are levelled and turned as MNT_DO_STAB says."""
         mode, motion = self._vehicle.parameters["MNT_DO_STAB"], self._vehicle.motion
-        level = mode == _ALL_AXES
-        turns = mode in (_ALL_AXES, _YAW_ALONE)
+        level = self.device == SERVOS and mode == _ALL_AXES
+        turns = self.device == MAVLINK_GIMBAL or mode in (_ALL_AXES, _YAW_ALONE)
         roll_deg, pitch_deg, yaw_deg = angles_deg
         if level and self.flags & ROLL_LOCK:
             roll_deg -= math.degrees(motion.roll_rad)
@@ -227,9 +235,14 @@ class Px4Payload(Payload):
             pitch_deg -= math.degrees(motion.pitch_rad)
         if turns and self.flags & YAW_LOCK:
             yaw_deg -= math.degrees(motion.yaw_rad)
+            if self.device == MAVLINK_GIMBAL:
+                yaw_deg = math.remainder(yaw_deg, 360.0)
         return roll_deg, pitch_deg, yaw_deg
 
     def _within(self, angle_deg: float, axis: str) -> float:
+        if self.device == MAVLINK_GIMBAL:
+            low_deg, high_deg = LIMITS_DEG[axis]
+            return min(max(angle_deg, low_deg), high_deg)
         half_deg = self._vehicle.parameters[f"MNT_RANGE_{axis}"] / 2.0
         return min(max(angle_deg, -half_deg), half_deg)
 
@@ -240,7 +253,7 @@ class Px4Payload(Payload):
             self.start_capture(second, int(third), fourth)
         elif item.command == Cmd.IMAGE_STOP_CAPTURE:
             self.stop_capture()
-        if not self._runs:
+        if not self.device:
             return
         if item.command == Cmd.GIMBAL_CONFIGURE:
             self.configure_for((first, second), self.own)

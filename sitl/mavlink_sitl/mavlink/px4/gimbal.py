@@ -3,25 +3,37 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, ClassVar
 
-from mavlink_sitl.autopilot.px4.payload import Px4Payload, upright
+from mavlink_sitl.autopilot.px4.payload import (
+    LIMITS_DEG,
+    MAVLINK_GIMBAL,
+    SERVOS,
+    Px4Payload,
+    upright,
+)
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import Result
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.messages.snapshot import Builder, Snapshot, boot_ms
+from mavlink_sitl.mavlink.px4.component import Component
 from mavlink_sitl.mavlink.setpoints import usable
 
 if TYPE_CHECKING:
     from mavlink_sitl.mavlink.px4.server import Px4Server
     from mavlink_sitl.mavlink.received_command import ReceivedCommand
 
-DEVICE = 1
-"""The autopilot is the gimbal's device itself, since it moves servos"""
-CAPABILITIES = 132530
+CAPABILITIES, OF_DEVICE = 132530, 0x7FF
+"""Of servos; of a gimbal with MAVLink: all that the protocol has but endless turns"""
+IN_VEHICLE = 32
+"""GIMBAL_DEVICE_FLAGS_YAW_IN_VEHICLE_FRAME"""
+REPORT_US = 200_000
+"""A gimbal with MAVLink reports its attitude itself"""
+DEVICE_INFORMATION = 283
 MOUNT_ORIENTATION, MANAGER_INFORMATION, MANAGER_STATUS, ATTITUDE_STATUS = 265, 280, 281, 285
 GIMBAL_HZ = {MOUNT_ORIENTATION: 10.0, MANAGER_STATUS: 0.5, ATTITUDE_STATUS: 1.0}
-"""Streams of both kinds of links"""
+"""Streams of both kinds of links, where the device is the autopilot's matter"""
 _NAN = math.nan
 
 
@@ -34,11 +46,20 @@ def payload_of(s: Snapshot) -> Px4Payload:
 
 
 def manager_information(s: Snapshot) -> Message:
-    """GIMBAL_MANAGER_INFORMATION: as the real one, with the whole ranges, in degrees."""
+    """GIMBAL_MANAGER_INFORMATION: as the real one, of servos with the whole ranges in degrees.
+
+    Of a gimbal with MAVLink these are its own limits, in radians, without those of roll.
+    """
     values = s.vehicle.parameters
-    pitch, yaw = values["MNT_RANGE_PITCH"], values["MNT_RANGE_YAW"]
+    if payload_of(s).device == SERVOS:
+        pitch, yaw = values["MNT_RANGE_PITCH"], values["MNT_RANGE_YAW"]
+        limits = [-pitch, pitch, -yaw, yaw]
+    else:
+        limits = [math.radians(each) for axis in ("PITCH", "YAW") for each in LIMITS_DEG[axis]]
+    device = payload_of(s).device
+    capabilities = CAPABILITIES if device == SERVOS else OF_DEVICE
     return dialect.MAVLink_gimbal_manager_information_message(
-        boot_ms(s), CAPABILITIES, DEVICE, 0.0, 0.0, -pitch, pitch, -yaw, yaw
+        boot_ms(s), capabilities, device, 0.0, 0.0, *limits
     )
 
 
@@ -46,7 +67,7 @@ def manager_status(s: Snapshot) -> Message:
     """GIMBAL_MANAGER_STATUS."""
     payload = payload_of(s)
     return dialect.MAVLink_gimbal_manager_status_message(
-        boot_ms(s), payload.flags, DEVICE, *payload.control, 0, 0
+        boot_ms(s), _flags(payload), payload.device, *payload.control, 0, 0
     )
 
 
@@ -55,8 +76,8 @@ def attitude_status(s: Snapshot) -> Message:
     payload = payload_of(s)
     angles = payload.roll_deg, payload.pitch_deg, payload.yaw_deg
     return dialect.MAVLink_gimbal_device_attitude_status_message(
-        0, 0, boot_ms(s), payload.flags, _quaternion(*map(math.radians, angles)), 0.0, 0.0, 0.0, 0,
-        0.0, 0.0, DEVICE,
+        0, 0, boot_ms(s), _flags(payload), _quaternion(*map(math.radians, angles)),
+        0.0, 0.0, 0.0, 0, 0.0, 0.0, payload.device if payload.device == SERVOS else 0,
     )  # fmt: skip
 
 
@@ -69,12 +90,61 @@ def mount_orientation(s: Snapshot) -> Message:
     )
 
 
-BUILDERS: dict[int, Builder] = {
-    MOUNT_ORIENTATION: mount_orientation,
+def _information(s: Snapshot, device: int) -> Message:
+    limits = [math.radians(each) for axis in ("ROLL", "PITCH", "YAW") for each in LIMITS_DEG[axis]]
+    return dialect.MAVLink_gimbal_device_information_message(
+        boot_ms(s), *[b""] * 3, 0, 0, 0, OF_DEVICE, 0, *limits, device
+    )
+
+
+def device_information(s: Snapshot) -> Message:
+    """GIMBAL_DEVICE_INFORMATION of the gimbal with MAVLink about itself."""
+    return _information(s, 0)
+
+
+def handed_on_information(s: Snapshot) -> Message:
+    """The same, as the autopilot answers for it."""
+    return _information(s, MAVLINK_GIMBAL)
+
+
+_OF_MANAGER: dict[int, Builder] = {
     MANAGER_INFORMATION: manager_information,
     MANAGER_STATUS: manager_status,
-    ATTITUDE_STATUS: attitude_status,
 }
+BUILDERS: dict[int, dict[int, Builder]] = {
+    0: {},
+    SERVOS: {
+        **_OF_MANAGER,
+        MOUNT_ORIENTATION: mount_orientation,
+        ATTITUDE_STATUS: attitude_status,
+    },
+    MAVLINK_GIMBAL: {**_OF_MANAGER, DEVICE_INFORMATION: handed_on_information},
+}
+"""Of the autopilot, by the gimbal's device"""
+
+
+class GimbalComponent(Component):
+    """A gimbal with MAVLink on one link: it reports its attitude unasked."""
+
+    number, kind = MAVLINK_GIMBAL, dialect.MAV_TYPE_GIMBAL
+    builders: ClassVar[Mapping[int, Builder]] = {
+        DEVICE_INFORMATION: device_information,
+        ATTITUDE_STATUS: attitude_status,
+    }
+    _report_at_us = 0
+
+    def tick(self, now_us: int) -> None:
+        """Send what is due."""
+        super().tick(now_us)
+        if now_us >= self._report_at_us:
+            self._report_at_us = now_us + REPORT_US
+            self.send(ATTITUDE_STATUS)
+        self.due_us = min(self.due_us, self._report_at_us)
+
+
+def _flags(payload: Px4Payload) -> int:
+    """Only the gimbal with MAVLink says that its yaw is from the nose."""
+    return payload.flags | (IN_VEHICLE if payload.device == MAVLINK_GIMBAL else 0)
 
 
 def _quaternion(roll_rad: float, pitch_rad: float, yaw_rad: float) -> list[float]:

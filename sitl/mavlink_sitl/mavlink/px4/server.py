@@ -42,8 +42,9 @@ from mavlink_sitl.mavlink.px4 import (
     rates,
     setpoints,
 )
-from mavlink_sitl.mavlink.px4.camera import COMPONENT as CAMERA
-from mavlink_sitl.mavlink.px4.camera import CameraComponent
+from mavlink_sitl.mavlink.px4.camera import IMAGE_CAPTURED, CameraComponent
+from mavlink_sitl.mavlink.px4.component import Component
+from mavlink_sitl.mavlink.px4.gimbal import GimbalComponent
 from mavlink_sitl.mavlink.px4.parameters import Px4ParameterServer
 from mavlink_sitl.mavlink.received_command import from_message
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, PoweredUp, _name
@@ -65,7 +66,6 @@ TAKE_NEUTRAL_RELEASE = (
 """DO_GIMBAL_MANAGER_CONFIGURE, _PITCHYAW and _CONFIGURE as recorded; only the first is repeated"""
 HANDED_ON = ("HEARTBEAT", "SET_MODE")
 """Messages that are forwarded from the link they came on to the vehicle's other links"""
-COMMANDS = ("COMMAND_LONG", "COMMAND_INT")
 CALIBRATES = "[cal]"
 """How texts of a calibration begin"""
 ONBOARD, GCS = "onboard", "gcs"
@@ -106,12 +106,15 @@ class Px4Server(MavlinkServer):
         self.role = role
         vehicle.payload.own = (self.system_id, COMPONENT_AUTOPILOT)
         self._rates_hz = dict(_RATES[role])
-        if vehicle.payload.has_gimbal:
-            self._rates_hz.update(gimbal.GIMBAL_HZ)
-        self._camera: CameraComponent | None = None
-        if vehicle.payload.has_camera:
-            about = (self.system_id, vehicle.payload, served.snapshot)
-            self._camera = CameraComponent(*about, self._send_frame, served.now_us)
+        of_gimbal = gimbal.GIMBAL_HZ.items()
+        self._rates_hz.update(each for each in of_gimbal if each[0] in self.builders)
+        payload = vehicle.payload
+        about = (self.system_id, payload, served.snapshot, self._send_frame, served.now_us)
+        self._components: list[Component] = []
+        if payload.has_camera:
+            self._components.append(CameraComponent(*about))
+        if payload.device == GimbalComponent.number:
+            self._components.append(GimbalComponent(*about))
         self.peers: list[Px4Server] = [self]
         self._parameters: Px4ParameterServer = Px4ParameterServer(vehicle.parameters)
         self._texts = StatusTextEncoder(numbers_all=True)
@@ -147,7 +150,7 @@ class Px4Server(MavlinkServer):
 
     def make_builders(self, kind: str) -> Mapping[int, Builder]:
         """See `MavlinkServer`."""
-        of_gimbal = gimbal.BUILDERS if self.vehicle.payload.has_gimbal else {}
+        of_gimbal = gimbal.BUILDERS[self.vehicle.payload.device]
         return {**messages.BUILDERS[kind], **of_gimbal, _CURRENT_MODE: self._current_mode}
 
     def _send_frame(self, frame: bytes) -> None:
@@ -203,15 +206,15 @@ class Px4Server(MavlinkServer):
             due_us = min(due_us, self._gimbal[1])
         if self._undecided is not None:
             due_us = min(due_us, self._undecided[0])
-        if self._camera is not None:
-            due_us = min(due_us, self._camera.due_us)
+        for component in self._components:
+            due_us = min(due_us, component.due_us)
         return due_us
 
     def tick(self, now_us: int) -> None:
         """Send what is due."""
         super().tick(now_us)
-        if self._camera is not None:
-            self._camera.tick(now_us)
+        for component in self._components:
+            component.tick(now_us)
         if now_us >= self._ping_due_us:
             self._ping_due_us += self._ping_us
             ping = dialect.MAVLink_ping_message(now_us - self._boot_us, self._ping_seq, 0, 0)
@@ -267,8 +270,9 @@ class Px4Server(MavlinkServer):
 
     def report_photo(self) -> None:
         """Let the camera report to this link the photo that it has just taken."""
-        if self._camera is not None:
-            self._camera.send_captured()
+        for component in self._components:
+            if isinstance(component, CameraComponent):
+                component.send(IMAGE_CAPTURED)
 
     def tell(self, event: Event) -> None:
         """Report to this link."""
@@ -308,18 +312,14 @@ class Px4Server(MavlinkServer):
             for peer in self.peers:
                 if peer is not self:
                     peer.outboxes[0].append(bytes(message.get_msgbuf()))
-        if self._camera is not None and self._is_for_camera(message):
-            self._camera.receive(message)
-            self.flush_events()
+        for part in self._components:
+            if part.is_asked(message):
+                part.receive(message)
+                self.flush_events()
         if component not in (0, COMPONENT_AUTOPILOT):
             return
         self.asker = sender
         super()._dispatch(message)
-
-    def _is_for_camera(self, message: Message) -> bool:
-        return message.get_type() in COMMANDS and (
-            message.target_system == self.system_id and message.target_component in (0, CAMERA)
-        )
 
     def has_now(self, message_id: int) -> bool:
         """Whether a message has something to report now."""
