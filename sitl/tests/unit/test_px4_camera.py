@@ -7,7 +7,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl import ConfigurationError, Simulation, VehicleConfig
+from mavlink_sitl import ConfigurationError, PlanItem, Simulation, VehicleConfig
 from sitl_support.ground_station import ACCEPTED, UNSUPPORTED
 from sitl_support.px4_station import Px4Station
 
@@ -61,6 +61,18 @@ def test_it_takes_photos_at_an_interval_until_it_is_stopped(station: Px4Station)
     assert station.command_results(STOP, component=CAMERA) == [ACCEPTED]
     station.run(2.0)
     assert indices(station) == [0, 1, 2, 3, 4, 5, 6]
+
+
+def test_of_a_mission_only_a_series_reaches_it(station: Px4Station) -> None:
+    payload = station.vehicle.firmware.payload
+    payload.do(PlanItem(START, params=(0.0, 0.0, 1.0, 0.0)), None)
+    station.run(1.0)
+    assert indices(station) == []
+    payload.do(PlanItem(START, params=(0.0, 0.5, 0.0, 0.0)), None)
+    station.run(0.7)
+    payload.do(PlanItem(STOP), None)
+    station.run(1.0)
+    assert indices(station) == [0, 1]
 
 
 def test_only_a_px4_has_one() -> None:

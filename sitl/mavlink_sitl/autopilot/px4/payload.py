@@ -250,7 +250,9 @@ class Px4Payload(Payload):
         """Do an item of a mission, in the autopilot's own name."""
         first, second, third, fourth = item.params
         if item.command == Cmd.IMAGE_START_CAPTURE and self._has_camera:
-            self.start_capture(second, int(third), fourth)
+            # Observed: of a single photo PX4 makes DO_DIGICAM_CONTROL, which no such camera knows.
+            if third != 1.0:
+                self.start_capture(second, int(third), fourth)
         elif item.command == Cmd.IMAGE_STOP_CAPTURE:
             self.stop_capture()
         if not self.device:

@@ -128,7 +128,7 @@ _COMMON = Profile(
     # Observed: DO_SET_SERVO is rejected as a command and in a mission. A command for equipment
     # whose module does not run is not answered at all. DO_GIMBAL_MANAGER_PITCHYAW is denied to all
     # but the one in control, the autopilot's own mission too.
-    # A command for a camera is UNSUPPORTED by the autopilot; a mission's goes to component 100.
+    # A command for a photo is UNSUPPORTED by the autopilot; its router hands it on to a camera.
     equipment=EquipmentRules(
         actuators=True, channel_max=4, controlled_missions=True, own_camera=True
     ),
