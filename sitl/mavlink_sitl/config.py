@@ -69,6 +69,8 @@ class VehicleConfig:
         links: what its links are for: "gcs" (a ground station's) or "onboard" (a companion
             computer's). PX4 has streams of its own on each; ArduPilot says the same on all.
         external_position: it has no GPS; the estimator is set to a position from outside.
+        photo_camera: a MAVLink camera, component 100, is beside the autopilot; of PX4 only, an
+            ArduPilot has one by its parameters.
         mavlink_1: what it speaks besides MAVLink 2: one of `codec.MAVLINK_1`.
     """
 
@@ -85,6 +87,7 @@ class VehicleConfig:
     faults: LinkFaults | None = None
     links: tuple[str, ...] = ("gcs",)
     external_position: bool = False
+    photo_camera: bool = False
     mavlink_1: str = ""
 
     def __post_init__(self) -> None:
@@ -101,6 +104,10 @@ class VehicleConfig:
         _require(
             self.mavlink_1 in MAVLINK_1,
             f"mavlink_1 must be one of {', '.join(MAVLINK_1[1:])}, not {self.mavlink_1}",
+        )
+        _require(
+            not self.photo_camera or self.autopilot == "px4",
+            "a MAVLink camera is beside a PX4 only; give an ArduPilot one by CAM1_TYPE 1",
         )
         latitude, longitude, altitude = self.home
         _require(abs(latitude) <= 90.0, f"the latitude of home must be -90 to 90, not {latitude}")

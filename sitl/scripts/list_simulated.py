@@ -192,8 +192,10 @@ def _names(kind: Personality) -> dict[int, str]:
 
 
 def server_of(autopilot: str, vehicle: str) -> Any:
-    """Return the server that answers for a vehicle that has just started."""
-    simulation = Simulation([VehicleConfig(vehicle=vehicle, autopilot=autopilot)])
+    """Return the server that answers for a vehicle that has just started, a PX4 with a gimbal."""
+    own = {"MNT_MODE_IN": 4.0} if autopilot == "px4" else {}
+    config = VehicleConfig(vehicle=vehicle, autopilot=autopilot, parameters=own)
+    simulation = Simulation([config])
     simulation.run_for(3.0)
     return simulation.vehicles[0]._servers[0]
 

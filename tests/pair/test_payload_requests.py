@@ -1,4 +1,4 @@
-"""The gimbal and the camera of a simulated ArduCopter, for clients and beside goals."""
+"""The gimbal and the camera of a simulated vehicle, for clients and beside goals."""
 
 from __future__ import annotations
 
@@ -21,8 +21,10 @@ from tests.support.flights.simulated_flight import SimulatedFlight
 DOWN = PointGimbalRequest(GimbalMode.ANGLE, -math.pi / 2, 0.5)
 
 
-def flight_of(**parameters: float) -> SimulatedFlight:
-    simulated = VehicleConfig(ready_after_s=1.0, parameters=parameters)
+def flight_of(autopilot: str = "ardupilot", **parameters: float) -> SimulatedFlight:
+    simulated = VehicleConfig(
+        autopilot=autopilot, heading_deg=60.0, ready_after_s=1.0, parameters=parameters
+    )
     return SimulatedFlight(simulated=simulated).ready()
 
 
@@ -66,6 +68,27 @@ def test_a_locked_yaw_is_from_east_whatever_the_vehicle_faces(flight: SimulatedF
     assert flight.bridge.feature(PayloadRequests).is_there(north, flight.now) is True
 
 
+@pytest.mark.parametrize(("stabilises", "reached"), [(0.0, False), (2.0, True)])
+def test_a_px4_with_a_gimbal_points_it_and_says_whether_it_is_there(
+    stabilises: float, reached: bool
+) -> None:
+    """A servo that the parameters do not let turn against the vehicle is not where it should be."""
+    flight = flight_of("px4", MNT_MODE_IN=4.0, MNT_RANGE_PITCH=180.0, MNT_DO_STAB=stabilises)
+    requests = flight.bridge.feature(PayloadRequests)
+    payload = flight.simulation.vehicles[0].firmware.payload
+    assert point(flight, DOWN).code is OutcomeCode.SUCCESS
+    flight.run_for(1.0)
+    assert payload.pitch_deg == pytest.approx(-90.0)
+    assert requests.is_there(DOWN, flight.now) is True
+    assert payload.control == (1, 191)
+    north = PointGimbalRequest(GimbalMode.ANGLE, -0.3, math.pi, yaw_locked=True)
+    assert point(flight, north).code is OutcomeCode.SUCCESS
+    flight.run_for(1.0)
+    assert requests.is_there(north, flight.now) is reached
+    assert point(flight, PointGimbalRequest(GimbalMode.NONE)).code is OutcomeCode.SUCCESS
+    assert payload.control == (0, 0)
+
+
 def test_a_gimbal_follows_a_position_beside_a_goal_and_lets_it_go(
     flight: SimulatedFlight,
 ) -> None:
@@ -100,6 +123,20 @@ def test_a_photo_is_taken_once_and_reported_with_its_place(flight: SimulatedFlig
     place = flight.vehicle.state.global_position
     assert place is not None
     assert photo.place[0] == pytest.approx(place.latitude_deg, abs=1e-6)
+
+
+def test_a_photo_of_a_px4_is_taken_by_the_camera_beside_it() -> None:
+    simulated = VehicleConfig(autopilot="px4", ready_after_s=1.0, photo_camera=True)
+    flight = SimulatedFlight(simulated=simulated).ready()
+    requests = flight.bridge.feature(PayloadRequests)
+    photos: list[PhotoReported] = []
+    done: list[PayloadDone] = []
+    requests.on_photo = photos.append
+    requests.take_photo(done.append, flight.now)
+    flight.run_for(2.0)
+    assert [each.code for each in done] == [OutcomeCode.SUCCESS], done
+    assert [photo.success for photo in photos] == [True]
+    assert flight.simulation.vehicles[0].firmware.payload.photos == 1
 
 
 @pytest.mark.parametrize(

@@ -156,6 +156,22 @@ def test_an_arducopter_points_shoots_and_grips_on_its_route(by_mission: bool) ->
     assert 4 <= payload.photos <= 5, "one at once, one each 3 m of 10 m, one at the end"
 
 
+@pytest.mark.parametrize("by_mission", [False, True])
+def test_a_px4_with_a_gimbal_points_it_on_its_route(by_mission: bool) -> None:
+    """The mission takes control of it first, without which its own commands are denied."""
+    flight = flight_of("px4", MNT_MODE_IN=4.0, MNT_RANGE_PITCH=180.0)
+    payload = flight.simulation.vehicles[0].firmware.payload
+    points = ActRequest(ActKind.POINT, pitch_rad=-math.pi / 2, yaw_rad=-math.pi / 4)
+    goal_id = flight.start(route((points,), (WAIT,), by_mission))
+    # A PX4 that leaves its mission turns its gimbal ahead again.
+    flight.run_until(lambda: payload.pitch_deg < -89.0, 60.0)
+    assert payload.yaw_deg == pytest.approx(45.0)
+    flight.run_until(lambda: bool(flight.ends(goal_id)), 60.0)
+    (end,) = flight.ends(goal_id)
+    assert end.code is OutcomeCode.SUCCESS, end.message
+    assert "Not done" not in end.message
+
+
 def plane_flight() -> SimulatedFlight:
     simulated = VehicleConfig(vehicle="plane", ready_after_s=1.0)
     return SimulatedFlight(simulated=simulated, volume_radius_m=2000.0).ready()

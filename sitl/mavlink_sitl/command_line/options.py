@@ -263,6 +263,11 @@ def make_parser() -> argparse.ArgumentParser:
         help="speak MAVLink 1: until MAVLink 2 is heard, to send while hearing both, or only",
     )
     add(
+        "--photo-camera",
+        action="store_true",
+        help="a MAVLink camera, component 100, beside a PX4 (an ArduPilot has one by CAM1_TYPE)",
+    )
+    add(
         "--ready-after",
         type=_number("the time until ready", 0.0, 3600.0),
         default=2.0,
@@ -376,6 +381,7 @@ def vehicle_config(options: argparse.Namespace) -> VehicleConfig:
             heading_deg=heading_deg,
             ready_after_s=options.ready_after,
             mavlink_1=options.mavlink1,
+            photo_camera=options.photo_camera,
             parameters=dict(options.param),
             battery=BatteryModel(**battery),
             battery_remaining=remaining,

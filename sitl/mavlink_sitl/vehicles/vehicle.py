@@ -124,6 +124,7 @@ class SimulatedVehicle(VehicleBody):
             self._observation(),
             self.config.ready_after_s,
             self.config.external_position,
+            self.config.photo_camera,
         )
         self.firmware = firmware_class(start.personality)(start)
         self.logbook.power_up()

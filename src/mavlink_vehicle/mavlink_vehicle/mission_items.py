@@ -43,6 +43,7 @@ _PLACELESS = frozenset(
         mavlink.MAV_CMD_DO_DIGICAM_CONTROL,
         mavlink.MAV_CMD_DO_MOUNT_CONTROL,
         mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST,
+        mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE,
         mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW,
         mavlink.MAV_CMD_IMAGE_START_CAPTURE,
     }

@@ -23,9 +23,11 @@ def sent(equipment: EquipmentCommands) -> list[int]:
     return [getattr(message, "command", 0) for message in equipment.messages_to_send()]
 
 
-def answer(equipment: EquipmentCommands, command: int, result: int, now: float = 0.1) -> None:
+def answer(
+    equipment: EquipmentCommands, command: int, result: int, now: float = 0.1, sender: int = 1
+) -> None:
     ack: Message = make("COMMAND_ACK", command=command, result=result)
-    with_source(ack, 1, 1)
+    with_source(ack, 1, sender)
     equipment.receive(ack, now)
 
 
@@ -48,6 +50,25 @@ def test_commands_go_out_one_after_the_other_and_the_last_answer_counts() -> Non
     answer(equipment, mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW, ACCEPTED)
     assert failure_of(equipment, 7) == ""
     assert equipment.deadline_s is None
+
+
+def test_a_photo_is_asked_of_a_camera_that_is_a_component_of_its_own() -> None:
+    for kind, component in ((mavlink.MAV_TYPE_GIMBAL, 1), (mavlink.MAV_TYPE_CAMERA, 100)):
+        equipment = service()
+        beat: Message = make(
+            "HEARTBEAT", type=kind, autopilot=8, base_mode=0, custom_mode=0, system_status=4
+        )
+        equipment.receive(with_source(beat, 1, 100), 0.0)
+        equipment.send(4, [RULES.photo(1)], 0.0)
+        (message,) = equipment.messages_to_send()
+        assert isinstance(message, mavlink.MAVLink_command_long_message)
+        assert message.target_component == component
+        answer(equipment, mavlink.MAV_CMD_IMAGE_START_CAPTURE, ACCEPTED, sender=component)
+        assert failure_of(equipment, 4) == ""
+        equipment.send(5, [RULES.trigger_distance(5.0)], 0.0)
+        (message,) = equipment.messages_to_send()
+        assert isinstance(message, mavlink.MAVLink_command_long_message)
+        assert message.target_component == 1, "its trigger is the autopilot's"
 
 
 def test_a_lost_command_is_repeated_with_the_number_of_its_photo() -> None:

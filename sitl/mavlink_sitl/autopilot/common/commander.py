@@ -107,6 +107,7 @@ class PowerUp:
         observation: its first observation, with the time of power-up.
         ready_after_s: how long its estimator takes to use GPS.
         external_position: its estimator takes the position from outside instead.
+        photo_camera: a MAVLink camera is beside a PX4.
     """
 
     personality: Personality
@@ -117,6 +118,7 @@ class PowerUp:
     observation: Observation
     ready_after_s: float
     external_position: bool = False
+    photo_camera: bool = False
 
 
 class Commander(ABC):

@@ -26,6 +26,7 @@ from mavlink_sitl.autopilot.px4.geofence import Px4Geofence
 from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.mode import HoldMode, OffboardMode, Px4Mode, TakeoffMode
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator
+from mavlink_sitl.autopilot.px4.payload import Px4Payload
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import (
     Observation,
@@ -98,6 +99,7 @@ class Px4Vehicle(Commander):
     failsafe: Px4Failsafes
     fence: Px4Geofence
     mode: Px4Mode
+    payload: Px4Payload
 
     def __init__(self, start: PowerUp) -> None:
         self.intention = px4.LOITER
@@ -111,6 +113,7 @@ class Px4Vehicle(Commander):
         self.after_disarming = px4.LOITER
         self._refused_at_s = -math.inf
         super().__init__(start)
+        self.payload = Px4Payload(self, start.photo_camera)
 
     # State.
 

@@ -19,6 +19,7 @@ from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.commands import FORCE, SHARED, request
+from mavlink_sitl.mavlink.px4 import gimbal
 from mavlink_sitl.mavlink.px4.rates import STREAMS
 from mavlink_sitl.mavlink.received_command import ReceivedCommand
 from mavlink_sitl.mavlink.setpoints import usable
@@ -196,21 +197,24 @@ def _terminate(server: Px4Server, command: ReceivedCommand) -> Result:
     return server.vehicle.terminate()
 
 
-def _accept_place(_: Px4Server, command: ReceivedCommand) -> Result:
-    """A region of interest, for a camera that is not there."""
-    given = all(map(usable, (command.x, command.y, command.z)))
-    return Result.ACCEPTED if given else Result.DENIED
+def _look_at(server: Px4Server, command: ReceivedCommand) -> Result:
+    """A region of interest, also without a gimbal to look at it."""
+    if not all(map(usable, (command.x, command.y, command.z))):
+        return Result.DENIED
+    point = place_of(command)
+    if point is not None:
+        vehicle = server.vehicle
+        place = vehicle.navigator.frame.to_local(point._replace(altitude_amsl_m=command.z))
+        vehicle.payload.look_at(place)
+    return Result.ACCEPTED
 
 
 READ_ALL, RESET_ALL, RESET_EVERYTHING = 0, 2, 4
 """PREFLIGHT_STORAGE.param1; 1 writes, 3 restores the factory's calibration, which there is not"""
 UNANSWERED = (
     dialect.MAV_CMD_DO_DIGICAM_CONTROL,
-    dialect.MAV_CMD_DO_MOUNT_CONTROL,
     dialect.MAV_CMD_DO_SET_CAM_TRIGG_DIST,
     dialect.MAV_CMD_DO_GRIPPER,
-    dialect.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW,
-    dialect.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE,
     dialect.MAV_CMD_REQUEST_CAMERA_INFORMATION,
     dialect.MAV_CMD_DO_VTOL_TRANSITION,
 )
@@ -227,8 +231,11 @@ HANDLERS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_SET_STANDARD_MODE: (_standard_mode, 1),
     dialect.MAV_CMD_PREFLIGHT_CALIBRATION: (_calibrate, 0),
     dialect.MAV_CMD_DO_GO_AROUND: (lambda *_: Result.ACCEPTED, 1),
-    dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_accept_place, 0),
-    dialect.MAV_CMD_DO_SET_ROI_NONE: (lambda *_: Result.ACCEPTED, 0),
+    dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_look_at, 0),
+    dialect.MAV_CMD_DO_SET_ROI_NONE: (lambda s, _: s.vehicle.payload.look_at(None), 0),
+    dialect.MAV_CMD_DO_MOUNT_CONTROL: (gimbal.mount, 0),
+    dialect.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW: (gimbal.point, 0),
+    dialect.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE: (gimbal.configure, 0),
     dialect.MAV_CMD_DO_SET_ACTUATOR: (lambda *_: Result.ACCEPTED, 0),
     **dict.fromkeys(UNANSWERED, (_ignore, 0)),
     dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: (_reboot, 1),

@@ -9,6 +9,7 @@ others; commands are answered for component 0 and 1, others are met with silence
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
@@ -19,6 +20,7 @@ from mavlink_sitl.exchange import (
     HomeChanged,
     ItemReached,
     ModeChanged,
+    PhotoTaken,
     RebootRequested,
     Result,
     Severity,
@@ -35,10 +37,13 @@ from mavlink_sitl.mavlink.messages.statustext import StatusTextEncoder
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
 from mavlink_sitl.mavlink.px4 import (
     commands,
+    gimbal,
     messages,
     rates,
     setpoints,
 )
+from mavlink_sitl.mavlink.px4.camera import COMPONENT as CAMERA
+from mavlink_sitl.mavlink.px4.camera import CameraComponent
 from mavlink_sitl.mavlink.px4.parameters import Px4ParameterServer
 from mavlink_sitl.mavlink.received_command import from_message
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, PoweredUp, _name
@@ -60,6 +65,7 @@ TAKE_NEUTRAL_RELEASE = (
 """DO_GIMBAL_MANAGER_CONFIGURE, _PITCHYAW and _CONFIGURE as recorded; only the first is repeated"""
 HANDED_ON = ("HEARTBEAT", "SET_MODE")
 """Messages that are forwarded from the link they came on to the vehicle's other links"""
+COMMANDS = ("COMMAND_LONG", "COMMAND_INT")
 CALIBRATES = "[cal]"
 """How texts of a calibration begin"""
 ONBOARD, GCS = "onboard", "gcs"
@@ -83,6 +89,7 @@ class Px4Server(MavlinkServer):
 
     Attributes:
         peers: the servers of all links of the vehicle, this one among them.
+        asker: system and component whose message it is that is answered.
     """
 
     vehicle: Px4Vehicle
@@ -97,6 +104,14 @@ class Px4Server(MavlinkServer):
         super().__init__(served, (encoder,))
         self.vehicle = vehicle
         self.role = role
+        vehicle.payload.own = (self.system_id, COMPONENT_AUTOPILOT)
+        self._rates_hz = dict(_RATES[role])
+        if vehicle.payload.has_gimbal:
+            self._rates_hz.update(gimbal.GIMBAL_HZ)
+        self._camera: CameraComponent | None = None
+        if vehicle.payload.has_camera:
+            about = (self.system_id, vehicle.payload, served.snapshot)
+            self._camera = CameraComponent(*about, self._send_frame, served.now_us)
         self.peers: list[Px4Server] = [self]
         self._parameters: Px4ParameterServer = Px4ParameterServer(vehicle.parameters)
         self._texts = StatusTextEncoder(numbers_all=True)
@@ -105,7 +120,7 @@ class Px4Server(MavlinkServer):
         self._ping_us = round(1e6 / rates.PING_HZ[role])
         self._ping_due_us = served.now_us + self._ping_us
         self._timesync_due_us = NEVER_US
-        self._asker = (0, 0)
+        self.asker = (0, 0)
         self._reached: tuple[int, int, int] | None = None
         self._gimbal: tuple[int, int] | None = None
         self._undecided: tuple[int, tuple[int, int]] | None = None
@@ -115,7 +130,7 @@ class Px4Server(MavlinkServer):
         self._reported_mode: tuple[int, int, int] | None = None
         begin_us = self._heartbeat_due_us
         self._heartbeat_due_us = NEVER_US
-        for message_id in _RATES[role]:
+        for message_id in self._rates_hz:
             interval_us = self._default_interval_us(message_id)
             self.streams.set(message_id, interval_us, begin_us - interval_us)
         self._handlers.update(
@@ -123,6 +138,8 @@ class Px4Server(MavlinkServer):
                 "PING": self._on_ping,
                 "MANUAL_CONTROL": self._on_manual_control,
                 "FOLLOW_TARGET": self._on_follow_target,
+                "GIMBAL_MANAGER_SET_ATTITUDE": partial(gimbal.on_set_attitude, self),
+                "GIMBAL_MANAGER_SET_MANUAL_CONTROL": partial(gimbal.on_manual_control, self),
             }
         )
         for unheard in ("REQUEST_DATA_STREAM", "RC_CHANNELS_OVERRIDE"):
@@ -130,7 +147,11 @@ class Px4Server(MavlinkServer):
 
     def make_builders(self, kind: str) -> Mapping[int, Builder]:
         """See `MavlinkServer`."""
-        return {**messages.BUILDERS[kind], _CURRENT_MODE: self._current_mode}
+        of_gimbal = gimbal.BUILDERS if self.vehicle.payload.has_gimbal else {}
+        return {**messages.BUILDERS[kind], **of_gimbal, _CURRENT_MODE: self._current_mode}
+
+    def _send_frame(self, frame: bytes) -> None:
+        self.outboxes[0].append(frame)
 
     def make_traffic(self) -> TrafficQueue:
         """Each link sends each report once."""
@@ -143,7 +164,7 @@ class Px4Server(MavlinkServer):
     # Time and streams.
 
     def _default_interval_us(self, message_id: int) -> int:
-        rate_hz = _RATES[self.role].get(message_id)
+        rate_hz = self._rates_hz.get(message_id)
         if message_id == _OBSTACLE_DISTANCE and self._scans:
             rate_hz = rates.SCANNER_HZ[self.role]
         return -1 if rate_hz is None else round(1e6 / rate_hz)
@@ -182,11 +203,15 @@ class Px4Server(MavlinkServer):
             due_us = min(due_us, self._gimbal[1])
         if self._undecided is not None:
             due_us = min(due_us, self._undecided[0])
+        if self._camera is not None:
+            due_us = min(due_us, self._camera.due_us)
         return due_us
 
     def tick(self, now_us: int) -> None:
         """Send what is due."""
         super().tick(now_us)
+        if self._camera is not None:
+            self._camera.tick(now_us)
         if now_us >= self._ping_due_us:
             self._ping_due_us += self._ping_us
             ping = dialect.MAVLink_ping_message(now_us - self._boot_us, self._ping_seq, 0, 0)
@@ -201,6 +226,8 @@ class Px4Server(MavlinkServer):
 
     def _ask_for_gimbal(self, confirmation: int, due_us: int) -> None:
         asked = TAKE_NEUTRAL_RELEASE if confirmation == 0 else TAKE_NEUTRAL_RELEASE[:1]
+        if confirmation == 0:
+            self.vehicle.payload.rest_and_release()
         for command, params in asked:
             self.send(
                 dialect.MAVLink_command_long_message(
@@ -233,7 +260,15 @@ class Px4Server(MavlinkServer):
 
     def _report(self, event: Event) -> None:
         for peer in self.peers:
-            peer.tell(event)
+            if isinstance(event, PhotoTaken):
+                peer.report_photo()
+            else:
+                peer.tell(event)
+
+    def report_photo(self) -> None:
+        """Let the camera report to this link the photo that it has just taken."""
+        if self._camera is not None:
+            self._camera.send_captured()
 
     def tell(self, event: Event) -> None:
         """Report to this link."""
@@ -273,10 +308,18 @@ class Px4Server(MavlinkServer):
             for peer in self.peers:
                 if peer is not self:
                     peer.outboxes[0].append(bytes(message.get_msgbuf()))
+        if self._camera is not None and self._is_for_camera(message):
+            self._camera.receive(message)
+            self.flush_events()
         if component not in (0, COMPONENT_AUTOPILOT):
             return
-        self._asker = sender
+        self.asker = sender
         super()._dispatch(message)
+
+    def _is_for_camera(self, message: Message) -> bool:
+        return message.get_type() in COMMANDS and (
+            message.target_system == self.system_id and message.target_component in (0, CAMERA)
+        )
 
     def has_now(self, message_id: int) -> bool:
         """Whether a message has something to report now."""
@@ -284,16 +327,16 @@ class Px4Server(MavlinkServer):
 
     def asked_by_station(self) -> bool:
         """Whether a ground station's own component asks: only it gets texts of rejected modes."""
-        return bool(self._asker[1] == dialect.MAV_COMP_ID_MISSIONPLANNER)
+        return bool(self.asker[1] == dialect.MAV_COMP_ID_MISSIONPLANNER)
 
     def acknowledge(self, command: int, result: Result) -> None:
         """COMMAND_ACK to whoever asked."""
-        self.send(dialect.MAVLink_command_ack_message(command, int(result), 0, 0, *self._asker))
+        self.send(dialect.MAVLink_command_ack_message(command, int(result), 0, 0, *self.asker))
 
     def choose_mode(self, number: int) -> Result | None:
         """Change the mode; None while OFFBOARD may still get its first setpoint."""
         if number == px4.OFFBOARD and self.vehicle.armed and not self.vehicle.can_run(number):
-            self._undecided = (self.now_us + COMMANDER_US, self._asker)
+            self._undecided = (self.now_us + COMMANDER_US, self.asker)
             return None
         return self.vehicle.set_mode(number, with_text=self.asked_by_station())
 
@@ -301,12 +344,12 @@ class Px4Server(MavlinkServer):
         """Judge the OFFBOARD that waits."""
         if self._undecided is None:
             return
-        now_asks, self._asker = self._asker, self._undecided[1]
+        now_asks, self.asker = self.asker, self._undecided[1]
         self._undecided = None
         result = self.vehicle.set_mode(px4.OFFBOARD, with_text=self.asked_by_station())
         self.flush_events()
         self.acknowledge(dialect.MAV_CMD_DO_SET_MODE, result)
-        self._asker = now_asks
+        self.asker = now_asks
 
     def _on_command(self, message: Message) -> None:
         self._decide()

@@ -18,7 +18,7 @@ _HORIZON = mavlink.GIMBAL_MANAGER_FLAGS_ROLL_LOCK | mavlink.GIMBAL_MANAGER_FLAGS
 _LOCKED = _HORIZON | mavlink.GIMBAL_MANAGER_FLAGS_YAW_LOCK
 _NEUTRAL = mavlink.GIMBAL_MANAGER_FLAGS_NEUTRAL
 _AS_IT_IS = math.nan
-_RELEASE = -3.0
+_ITSELF, _RELEASE = -2.0, -3.0
 _REPORT_US = 200_000.0
 # DO_SET_ACTUATOR has -1 to 1 for the same pulses.
 _MIDDLE_US, _HALF_RANGE_US = 1500.0, 500.0
@@ -33,12 +33,14 @@ class EquipmentCommand:
         params: param1 to param7, or their beginning.
         place: latitude and longitude in degrees and altitude above mean sea level in metres, in
             place of param5 to param7.
+        to_camera: it is for the camera that is a component of its own, if there is one.
         older: what an older firmware knows instead, for a command that is sent.
     """
 
     command: int
     params: tuple[float, ...] = ()
     place: tuple[float, float, float] | None = None
+    to_camera: bool = False
     older: EquipmentCommand | None = None
 
 
@@ -53,6 +55,9 @@ class EquipmentRules:
             NaN for the fifth and the sixth, so that it is not stored there.
         channel_max: the highest output.
         whole_degrees: a mission stores angles of a gimbal in whole degrees, and no rates.
+        controlled_missions: a mission turns the gimbal only after it has taken the control of it.
+        own_camera: photos are asked of the camera's own component, where one is heard; the
+            autopilot does not pass them on.
         open_end: of several acts after the last waypoint of a mission only the first is done.
     """
 
@@ -60,13 +65,16 @@ class EquipmentRules:
     actuators: bool = False
     channel_max: int = 32
     whole_degrees: bool = False
+    controlled_missions: bool = False
+    own_camera: bool = False
     open_end: bool = False
 
     def photo(self, number: int = 0) -> EquipmentCommand:
         """Take one photo; a number above 0 keeps a repeated command from taking another."""
         older = EquipmentCommand(mavlink.MAV_CMD_DO_DIGICAM_CONTROL, (0.0, 0.0, 0.0, 0.0, 1.0))
         params = (0.0, 0.0, 1.0, float(number))
-        return EquipmentCommand(mavlink.MAV_CMD_IMAGE_START_CAPTURE, params, older=older)
+        command = mavlink.MAV_CMD_IMAGE_START_CAPTURE
+        return EquipmentCommand(command, params, to_camera=self.own_camera, older=older)
 
     def trigger_distance(self, distance_m: float) -> EquipmentCommand:
         """Take a photo now and each time that a distance was flown; 0 ends that."""
@@ -76,6 +84,11 @@ class EquipmentRules:
     def control_gimbal(self, system: int, component: int) -> EquipmentCommand:
         """Take the primary control of the gimbal, without which a PX4 does not turn it."""
         params = (float(system), float(component), -1.0, -1.0)
+        return EquipmentCommand(mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE, params)
+
+    def control_by_mission(self) -> EquipmentCommand:
+        """Give the primary control of the gimbal to the autopilot, in whose name a mission acts."""
+        params = (_ITSELF, _ITSELF, -1.0, -1.0)
         return EquipmentCommand(mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE, params)
 
     def point_angle(

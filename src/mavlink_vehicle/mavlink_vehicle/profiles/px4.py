@@ -126,8 +126,12 @@ _COMMON = Profile(
     wanted_parameters=("GF_ACTION", "GF_MAX_HOR_DIST", "GF_MAX_VER_DIST", "COM_OF_LOSS_T"),
     failsafe_settings=failsafe_settings.PX4_ANY,
     # Observed: DO_SET_SERVO is rejected as a command and in a mission. A command for equipment
-    # whose module does not run is not answered at all.
-    equipment=EquipmentRules(actuators=True, channel_max=4),
+    # whose module does not run is not answered at all. DO_GIMBAL_MANAGER_PITCHYAW is denied to all
+    # but the one in control, the autopilot's own mission too.
+    # A command for a camera is UNSUPPORTED by the autopilot; a mission's goes to component 100.
+    equipment=EquipmentRules(
+        actuators=True, channel_max=4, controlled_missions=True, own_camera=True
+    ),
     parameters_bytewise=True,
 )
 

@@ -50,7 +50,10 @@ def stored_commands_of(
     """Return the commands of an act in a mission, where the vehicle itself gives them."""
     if isinstance(act, WaitHere):
         return (rules.wait(act.time_s),)
-    return _commands(act, rules, map_frame, stored=True)
+    commands = _commands(act, rules, map_frame, stored=True)
+    if rules.controlled_missions and isinstance(act, PointAngle | PointNeutral):
+        return (rules.control_by_mission(), *commands)
+    return commands
 
 
 def _commands(

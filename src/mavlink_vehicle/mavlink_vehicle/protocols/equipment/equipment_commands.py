@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
-from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import EquipmentAnswered
 from mavlink_vehicle.profiles.equipment import EquipmentCommand
 from mavlink_vehicle.protocols.operations.command import (
@@ -29,7 +30,8 @@ _UNKNOWN = frozenset({mavlink.MAV_RESULT_UNSUPPORTED})
 class EquipmentCommands(Slot[CommandExchange]):
     """Sends commands for equipment; each request ends in one `EquipmentAnswered`."""
 
-    handles = (mavlink.MAVLink_command_ack_message,)
+    handles = (mavlink.MAVLink_command_ack_message, mavlink.MAVLink_heartbeat_message)
+    hears_companions = True  # a camera of its own answers itself
     # The answer is taken in the turn of the request, also where no message brought it.
     asked_directly = True
 
@@ -46,6 +48,14 @@ class EquipmentCommands(Slot[CommandExchange]):
         self._number = 0
         self._photos = 0
         self._commands: deque[EquipmentCommand] = deque()
+        self._camera: int | None = None
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take an answer, or learn of a camera that is a component of its own."""
+        if not isinstance(message, mavlink.MAVLink_heartbeat_message):
+            super().receive(message, now)
+        elif message.type == mavlink.MAV_TYPE_CAMERA:
+            self._camera = message._header.srcComponent
 
     def send(self, number: int, commands: Iterable[EquipmentCommand], now: float) -> None:
         """Send commands in their order; the last one's answer is that of the request.
@@ -77,7 +87,8 @@ class EquipmentCommands(Slot[CommandExchange]):
         self._fail("the link to the vehicle was lost", now)
 
     def vehicle_gone(self, reason: str, now: float) -> None:
-        """Answer that the vehicle is not there any more."""
+        """Answer that the vehicle is not there any more, and forget its camera."""
+        self._camera = None
         self._fail(reason, now)
 
     def _fail(self, reason: str, now: float) -> None:
@@ -94,6 +105,8 @@ class EquipmentCommands(Slot[CommandExchange]):
             self._commands.clear()
             self.events.append(EquipmentAnswered(self._number, "there is no vehicle"))
             return
+        if self._commands[0].to_camera and self._camera is not None:
+            address = replace(address, target_component=self._camera)
         request = _request(self._commands[0])
         self.pending = CommandExchange(request, address, self._timing)
         self.pending.start(now)

@@ -71,8 +71,9 @@ class PayloadReports(VehicleService):
         if abs(pitch_rad) > _VERTICAL_RAD:
             # Yaw and roll are the same turn then; a gimbal that keeps the horizon has no roll.
             yaw_rad = math.remainder(2.0 * math.atan2(z, w), math.tau)
-        # Older devices set neither flag: a locked yaw is from north then.
-        neither = not message.flags & (_IN_EARTH | _IN_VEHICLE)
+        # Older devices set neither flag: a locked yaw is from north then. An autopilot that moves
+        # servos itself (a device id) reports what they do, from the nose: so does PX4 1.17.
+        neither = not message.flags & (_IN_EARTH | _IN_VEHICLE) and not message.gimbal_device_id
         from_north = bool(message.flags & (_LOCKED if neither else _IN_EARTH))
         self.gimbal = GimbalTurned(now, pitch_rad, yaw_rad, from_north, self._control)
         self.events.append(self.gimbal)
