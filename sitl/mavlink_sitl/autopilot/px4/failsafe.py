@@ -33,6 +33,12 @@ _PILOT_MODES = (px4.MANUAL, px4.ALTCTL, px4.POSCTL)
 _GRAVITY = {WARN: 1, px4.LOITER: 3, px4.RTL: 4, px4.LAND: 5, TERMINATE: 7}
 """Of an action; the pilot's modes are in between"""
 _PILOT_GRAVITY, _HOLD_GRAVITY = 2, 3
+_NOT_FROM = {
+    px4.LAND: (px4.RTL,),
+    px4.PRECLAND: (px4.RTL, px4.LAND),
+    px4.RTL: (px4.RTL,),
+}
+"""Modes that no failsafe flies instead of an intention to land or to return"""
 
 
 @dataclass(frozen=True)
@@ -129,7 +135,8 @@ class Px4Failsafes(Failsafes):
         vehicle = self._vehicle
         self._taken_over = self._taken_over and bool(self._actions)
         worst = max(self._actions.values(), key=lambda action: action.gravity, default=None)
-        if worst is None or worst.mode == WARN or self._taken_over:
+        kept = _NOT_FROM.get(vehicle.intention, ())
+        if worst is None or worst.mode in (WARN, *kept) or self._taken_over:
             if self.acting is not None:
                 self.acting, self._gravity = None, 0
                 vehicle.enter_mode(vehicle.intention)
@@ -159,7 +166,7 @@ class Px4Failsafes(Failsafes):
         fallback = self._fallback()
         if fallback is not None:
             yield f"mode {vehicle.intention}", Action(fallback)
-        alive = vehicle.manual_alive()
+        alive = vehicle.sticks.held() is not None
         self._had_sticks = self._had_sticks or alive
         if self._had_sticks and not alive:
             yield from self._link("sticks", int(p["NAV_RCL_ACT"]))
@@ -193,7 +200,7 @@ class Px4Failsafes(Failsafes):
             wanted = _OFFBOARD_TO_PILOT.get(action, px4.POSCTL)
             if vehicle.can_run(wanted):
                 return wanted
-        if wanted in _PILOT_MODES and not vehicle.manual_alive():
+        if wanted in _PILOT_MODES and vehicle.sticks.held() is None:
             return _LINK_LOSS.get(int(p["NAV_RCL_ACT"]), px4.LOITER)
         return None
 
