@@ -147,6 +147,10 @@ class Px4Vehicle(Commander):
         """Whether usable setpoints come often enough for OFFBOARD (COM_OF_LOSS_T)."""
         return self.now_s - self.setpoint_at_s < self.parameters["COM_OF_LOSS_T"]
 
+    def hear_sticks(self, manual: ManualControl) -> None:
+        """MANUAL_CONTROL."""
+        self.manual = manual
+
     def sticks(self) -> ManualControl | None:
         """The sticks that somebody holds, or None."""
         manual = self.manual

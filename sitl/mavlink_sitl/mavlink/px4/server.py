@@ -351,7 +351,9 @@ class Px4Server(MavlinkServer):
             min(max(value / 1000.0, -1.0), 1.0) for value in (message.x, message.y, message.r)
         )
         throttle = min(max(message.z / 1000.0, 0.0), 1.0)
-        self.vehicle.manual = ManualControl(pitch, roll, yaw, throttle, self.now_us / 1e6)
+        sticks = ManualControl(pitch, roll, yaw, throttle, self.now_us / 1e6)
+        self.vehicle.hear_sticks(sticks)
+        self.flush_events()
 
     def _on_follow_target(self, message: Message) -> None:
         """Take where the target of AUTO.FOLLOW_TARGET is; the message has no addressee.

@@ -224,7 +224,8 @@ def failsafes_section(checker: Checker, profile: Profile) -> CheckSection:
     for setting in profile.failsafe_settings:
         name = next((name for name in setting.names if name in values), None)
         if name is None:
-            unknown.append(" or ".join(setting.names))
+            if not setting.in_some_releases:
+                unknown.append(" or ".join(setting.names))
             continue
         value = values[name]
         off = int(value) in setting.off and value == int(value)

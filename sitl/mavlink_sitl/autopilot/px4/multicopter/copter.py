@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from mavlink_sitl.autopilot.common.commander import PowerUp
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.multicopter import copter_modes as modes
 from mavlink_sitl.autopilot.px4.multicopter.copter_mission import Mission
@@ -9,7 +10,13 @@ from mavlink_sitl.autopilot.px4.multicopter.copter_navigation import CopterNavig
 from mavlink_sitl.autopilot.px4.multicopter.follow_target import FollowTarget
 from mavlink_sitl.autopilot.px4.multicopter.orbit import Orbit, OrbitRequest
 from mavlink_sitl.autopilot.px4.multicopter.precision_landing import PrecisionLanding
-from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle, px4_table
+from mavlink_sitl.autopilot.px4.multicopter.stick_override import StickOverride
+from mavlink_sitl.autopilot.px4.vehicle import (
+    NEEDS_STICKS,
+    ManualControl,
+    Px4Vehicle,
+    px4_table,
+)
 from mavlink_sitl.exchange import Result, Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
 
@@ -46,6 +53,22 @@ class Px4Copter(Px4Vehicle):
         navigator=CopterNavigator,
     )
     _left_ground = False
+
+    def __init__(self, start: PowerUp) -> None:
+        self._override = StickOverride()
+        super().__init__(start)
+
+    def hear_sticks(self, manual: ManualControl) -> None:
+        """See `Px4Vehicle`: a stick that moves fast takes over, where the firmware knows that."""
+        super().hear_sticks(manual)
+        if not self.parameters.acts("MAN_OVERRIDE_SPD"):
+            return
+        threshold, lost_s = self.parameters["MAN_OVERRIDE_SPD"], self.parameters["COM_RC_LOSS_T"]
+        moved = self._override.moved(manual, threshold, lost_s)
+        if moved and self.armed and self.mode.spec.behaviour not in NEEDS_STICKS:
+            modes = (px4.POSCTL, px4.ALTCTL)
+            self.intend(next(number for number in modes if self.can_run(number)))
+            self.say(Severity.INFO, "Pilot took over using sticks")
 
     def takes_off(self) -> bool:
         """Some time after the thrust began to rise."""

@@ -1,0 +1,86 @@
+"""The bridge flies each release that the simulator has, and gives way to its pilot."""
+
+from __future__ import annotations
+
+import pytest
+
+from mavlink_sitl import VehicleConfig
+from mavlink_vehicle.codec import Codec, make
+from navigation_bridge.goals.requests import LandRequest, TakeoffRequest
+from navigation_core.outcomes import OutcomeCode
+from tests.support.flights.simulated_flight import SimulatedFlight
+
+pytestmark = pytest.mark.wide_but_first
+
+RELEASES = ("px4-1.18", "ardupilot-4.7", "ardupilot-4.6")
+
+
+def flight_of(firmware: str, kind: str = "copter") -> SimulatedFlight:
+    autopilot = firmware.partition("-")[0]
+    return SimulatedFlight(
+        simulated=VehicleConfig(kind, autopilot, firmware=firmware, ready_after_s=1.0)
+    ).ready()
+
+
+def succeed(flight: SimulatedFlight, goal: str) -> None:
+    end = flight.run_to_end(goal)
+    assert end.code is OutcomeCode.SUCCESS, end.message
+
+
+def taken_by_pilot(flight: SimulatedFlight, goal: str) -> None:
+    """See a goal end by a mode that the pilot selects, and the vehicle left in it."""
+    flight.run_for(3.0)
+    px4 = flight.simulation.vehicles[0].config.autopilot == "px4"
+    mode = "AUTO.RTL" if px4 else "RTL"
+    flight.set_mode_as_pilot(mode)
+    end = flight.run_to_end(goal)
+    assert end.code is OutcomeCode.PILOT_OVERRIDE, end.message
+    assert flight.vehicle.mode_name == mode
+
+
+@pytest.mark.parametrize("firmware", RELEASES)
+def test_a_copter_takes_off_arrives_lands_and_gives_way_to_its_pilot(firmware: str) -> None:
+    flight = flight_of(firmware)
+    succeed(flight, flight.send(6.0, 4.0, 5.0))
+    succeed(flight, flight.start(LandRequest()))
+    taken_by_pilot(flight, flight.send(60.0, 0.0, 6.0))
+
+
+@pytest.mark.parametrize("kind", ["rover", "boat"])
+@pytest.mark.parametrize("firmware", RELEASES)
+def test_what_drives_arrives_and_gives_way_to_its_pilot(firmware: str, kind: str) -> None:
+    flight = flight_of(firmware, kind)
+    succeed(flight, flight.send(15.0, 5.0, 0.0))
+    taken_by_pilot(flight, flight.send(80.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("firmware", RELEASES)
+def test_a_plane_takes_off_arrives_and_gives_way_to_its_pilot(firmware: str) -> None:
+    flight = flight_of(firmware, "plane")
+    succeed(flight, flight.start(TakeoffRequest(50.0)))
+    succeed(flight, flight.send(200.0, 100.0, 60.0))
+    taken_by_pilot(flight, flight.send(-200.0, -100.0, 60.0))
+
+
+def sticks(flight: SimulatedFlight, per_second: float, samples: int) -> None:
+    """Move the pitch stick from its middle, and then hold it there; a sample every 0.04 s."""
+    joystick = Codec(1, 255)
+    for sample in range(samples):
+        x = round(1000.0 * per_second * 0.04 * min(sample, 8))
+        message = make("MANUAL_CONTROL", target=1, x=x, z=500)
+        flight.simulation.link.write(joystick.encode(message))
+        flight.run_for(0.04)
+
+
+def test_a_nudge_of_a_stick_ends_a_goal_of_px4_1_18() -> None:
+    """As a change of the mode by the pilot, though nobody touches the switch."""
+    flight = flight_of("px4-1.18")
+    goal = flight.send(60.0, 0.0, 6.0, speed=4.0)
+    flight.run_to_status(goal, "NAVIGATING")
+    sticks(flight, 0.5, 25)
+    assert not flight.ends(goal), "a slow stick takes over nothing"
+    sticks(flight, 2.0, 75)
+    (end,) = flight.ends(goal)
+    assert end.code is OutcomeCode.PILOT_OVERRIDE, end.message
+    assert "POSCTL" in end.message
+    assert flight.now - flight.setpoint_times(0.0)[-1] > 1.0, "nothing more moves the vehicle"
