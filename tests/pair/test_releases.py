@@ -7,6 +7,7 @@ import pytest
 from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Codec, make
 from navigation_bridge.goals.requests import LandRequest, TakeoffRequest
+from navigation_bridge.vehicle.traits import traits_of
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 
@@ -60,6 +61,29 @@ def test_a_plane_takes_off_arrives_and_gives_way_to_its_pilot(firmware: str) -> 
     succeed(flight, flight.start(TakeoffRequest(50.0)))
     succeed(flight, flight.send(200.0, 100.0, 60.0))
     taken_by_pilot(flight, flight.send(-200.0, -100.0, 60.0))
+
+
+@pytest.mark.parametrize("firmware", ["ardupilot-4.7", "ardupilot-4.7-dev"])
+def test_the_limits_of_a_copter_are_read_by_the_names_that_its_release_has(firmware: str) -> None:
+    """Renamed and in other units since 4.7; without them its speeds and heights were unknown."""
+    flight = flight_of(firmware)
+    flight.run_for(2.0)
+    parameters = flight.vehicle.parameters
+    assert set(parameters.values) >= {"WPNAV_ACCEL", "WPNAV_ACCEL_Z", "PSC_JERK_XY", "PSC_JERK_Z"}
+    assert parameters.values["WPNAV_SPEED"] == pytest.approx(1000.0)
+    for _ in range(2):
+        assert parameters.read(("RTL_ALT",), flight.now) in ([None], [1500.0])
+        flight.run_for(1.1)
+    assert parameters.read(("RTL_ALT",), flight.now) == [pytest.approx(1500.0)]
+    newer = firmware == "ardupilot-4.7"
+    flight.simulation.vehicles[0].parameters.set(
+        *(("WP_ACC", 1.0) if newer else ("WPNAV_ACCEL", 100.0))
+    )
+    parameters.refresh(flight.now)
+    flight.run_for(0.5)
+    profile = flight.vehicle.profile
+    assert profile is not None
+    assert traits_of(profile, parameters.values).acceleration_m_s2 < 1.0
 
 
 def sticks(flight: SimulatedFlight, per_second: float, samples: int) -> None:
