@@ -6,10 +6,12 @@ import pytest
 
 from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Codec, make
+from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.goals.requests import LandRequest, TakeoffRequest
 from navigation_bridge.vehicle.traits import traits_of
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 pytestmark = pytest.mark.wide_but_first
 
@@ -84,6 +86,34 @@ def test_the_limits_of_a_copter_are_read_by_the_names_that_its_release_has(firmw
     profile = flight.vehicle.profile
     assert profile is not None
     assert traits_of(profile, parameters.values).acceleration_m_s2 < 1.0
+
+
+@pytest.mark.parametrize(
+    ("firmware", "said"),
+    [
+        ("px4-1.18", "PX4 1.18.0: goals have been flown with this release in the simulator only"),
+        ("px4-1.17", "PX4 1.17.0: goals have been flown with this release"),
+        ("ardupilot-4.6", "ArduPilot 4.6.2: goals have been flown with this release in the sim"),
+        ("ardupilot-4.7-dev", "ArduPilot 4.7.0-dev: goals have been flown with this release"),
+    ],
+)
+def test_the_release_is_reported_once_when_it_is_known(firmware: str, said: str) -> None:
+    flight = flight_of(firmware)
+    flight.run_for(3.0)
+    lines = [line for line in flight.log_lines() if "goals have been flown" in line.text]
+    assert [line.level for line in lines] == [LogLevel.INFO]
+    assert lines[0].text.startswith(said)
+
+
+def test_a_release_that_was_never_flown_is_warned_of_and_flies() -> None:
+    flight = flight_of("px4-1.17")
+    version = AutopilotMessages()("AUTOPILOT_VERSION", flight_sw_version=0x011000FF)
+    flight.bridge.receive(version, flight.now)
+    flight.run_for(0.1)
+    (line,) = (line for line in flight.log_lines() if "no goals have been flown" in line.text)
+    assert line.level is LogLevel.WARN
+    assert "PX4 1.16.0" in line.text
+    succeed(flight, flight.send(3.0, 2.0, 4.0))
 
 
 def sticks(flight: SimulatedFlight, per_second: float, samples: int) -> None:
