@@ -24,6 +24,8 @@ WARN, TERMINATE = -1, -2
 """Actions that are no modes; disarming counts as terminating"""
 _LINK_LOSS = {1: px4.LOITER, 2: px4.RTL, 3: px4.LAND, 5: TERMINATE, 6: TERMINATE}
 """NAV_RCL_ACT and NAV_DLL_ACT"""
+HOLD_WITHOUT_FAILSAFE = 7
+"""NAV_RCL_ACT of 1.18: only who flies by sticks is put into Hold, as by a change of the mode"""
 _FENCE = {1: WARN, 2: px4.LOITER, 3: px4.RTL, 4: TERMINATE, 5: px4.LAND}
 """GF_ACTION"""
 _OFFBOARD_LOSS = {3: px4.RTL, 4: px4.LAND, 5: px4.LOITER, 6: TERMINATE, 7: TERMINATE}
@@ -109,6 +111,8 @@ class Px4Failsafes(Failsafes):
         if not self._vehicle.armed:
             self._stop()
             return
+        if self._holds_for_pilot():
+            self._vehicle.intend(px4.LOITER)
         failures = dict(self._failures())
         for cause, action in failures.items():
             if cause not in self._failing:
@@ -184,6 +188,12 @@ class Px4Failsafes(Failsafes):
         mode = _LINK_LOSS.get(parameter)
         if mode is not None:
             yield cause, Action(mode, lasts=True, waits=True)
+
+    def _holds_for_pilot(self) -> bool:
+        vehicle = self._vehicle
+        action = vehicle.parameters["NAV_RCL_ACT"]
+        flown = vehicle.intention in _PILOT_MODES and vehicle.sticks.held() is None
+        return flown and action == HOLD_WITHOUT_FAILSAFE and vehicle.estimator.position_ok
 
     def _fallback(self) -> int | None:
         """The mode that replaces an intended mode that cannot run; None when it can."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.personality import px4
+from mavlink_sitl.autopilot.px4.stick_override import StickOverride
 from mavlink_sitl.exchange import Severity
 
 if TYPE_CHECKING:
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
 _FILTER_S = 0.1
 """Time constant of a stick's speed"""
+_BY_STICKS = (px4.MANUAL, px4.ALTCTL, px4.POSCTL)
 _OF_AUTO, _OF_OFFBOARD = 1, 2
 """COM_RC_OVERRIDE"""
 
@@ -34,13 +36,18 @@ class ManualControl:
     yaw: float
     throttle: float
 
+    @property
+    def places(self) -> tuple[float, ...]:
+        """Of all sticks, -1..1; a throttle goes from -1 to 1 there."""
+        return self.pitch, self.roll, self.yaw, 2.0 * self.throttle - 1.0
+
 
 class Sticks:
     """The sticks of one vehicle.
 
     One that is moved quickly takes a copter from the modes that COM_RC_OVERRIDE names, to POSCTL;
     the speed counts, not the place, as recorded: a stick that was held away from its centre before
-    takes nothing.
+    takes nothing. From 1.18 on it takes it from every mode, and `StickOverride` has the rule.
     """
 
     def __init__(self, vehicle: Px4Vehicle) -> None:
@@ -48,7 +55,8 @@ class Sticks:
         self._vehicle = vehicle
         self._newest: ManualControl | None = None
         self._heard_s = -math.inf
-        self._speeds_1_s = (0.0,) * 4
+        self._speeds_1_s: tuple[float, ...] = (0.0,) * 4
+        self._override = StickOverride()
 
     def held(self) -> ManualControl | None:
         """Return the sticks that somebody holds, or None."""
@@ -64,19 +72,26 @@ class Sticks:
             self._speeds_1_s = (0.0,) * 4
         elif passed_s > 0.0:
             share = passed_s / (passed_s + _FILTER_S)
-            # A throttle goes from -1 to 1 there.
-            scales = (1.0, 1.0, 1.0, 2.0)
             self._speeds_1_s = tuple(
-                speed + share * (scale * (new - old) / passed_s - speed)
-                for speed, scale, new, old in zip(
-                    self._speeds_1_s, scales, astuple(sticks), astuple(before), strict=True
+                speed + share * ((new - old) / passed_s - speed)
+                for speed, new, old in zip(
+                    self._speeds_1_s, sticks.places, before.places, strict=True
                 )
             )
+        takes = self._takes(sticks)
         if not vehicle.armed and not vehicle.was_intended:
             vehicle.intend(px4.POSCTL)  # nobody has chosen a mode since power-up
-        elif vehicle.armed and vehicle.obeys_moved_sticks and self._moves() and self._may_take():
+        elif vehicle.armed and vehicle.obeys_moved_sticks and takes:
             vehicle.say(Severity.INFO, "Pilot took over using sticks")
             vehicle.intend(px4.POSCTL if vehicle.can_run(px4.POSCTL) else px4.ALTCTL)
+
+    def _takes(self, sticks: ManualControl) -> bool:
+        parameters, spec = self._vehicle.parameters, self._vehicle.mode.spec
+        if not parameters.acts("MAN_OVERRIDE_SPD"):
+            return self._moves() and self._may_take()
+        threshold, lost_s = parameters["MAN_OVERRIDE_SPD"], parameters["COM_RC_LOSS_T"]
+        moved = self._override.moved(sticks.places, self._vehicle.now_s, threshold, lost_s)
+        return moved and spec.number not in _BY_STICKS
 
     def _moves(self) -> bool:
         threshold_1_s = 0.01 * self._vehicle.parameters["COM_RC_STICK_OV"]

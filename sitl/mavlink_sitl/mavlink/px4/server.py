@@ -396,6 +396,7 @@ class Px4Server(MavlinkServer):
         )
         throttle = min(max(message.z / 1000.0, 0.0), 1.0)
         self.vehicle.sticks.hear(ManualControl(pitch, roll, yaw, throttle))
+        self.flush_events()
 
     def _on_follow_target(self, message: Message) -> None:
         """Take where the target of AUTO.FOLLOW_TARGET is; the message has no addressee.
