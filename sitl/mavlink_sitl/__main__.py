@@ -107,7 +107,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         links = ", ".join(endpoint.describe() for endpoint in runner.endpoints)
         for config in options.vehicles:
             name = config.personality().name
-            reporter.line(f"vehicle {config.system_id}: {name} on {links}")
+            release = f" ({config.firmware})" if config.firmware else ""
+            reporter.line(f"vehicle {config.system_id}: {name}{release} on {links}")
         runner.run()
         reporter.line("ended")
         if summary is not None:

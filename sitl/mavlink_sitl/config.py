@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 
 from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.personality.ardupilot import ARDUBOAT, ARDUCOPTER, ARDUPLANE, ARDUROVER
 from mavlink_sitl.autopilot.personality.px4 import PX4BOAT, PX4COPTER, PX4PLANE, PX4ROVER
+from mavlink_sitl.autopilot.personality.versions import as_release, releases_of
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.links.faults import LinkFaults
@@ -55,6 +57,7 @@ class VehicleConfig:
     Attributes:
         vehicle: "copter", "rover", "boat" or "plane".
         autopilot: "ardupilot" or "px4".
+        firmware: its release, as "px4-1.18"; empty for the recorded one (`versions.RELEASES`).
         system_id: MAVLink system id, 1..255; None for the vehicle's place in the list, from 1
             (and again from 1 after 255).
         home: where it starts.
@@ -76,6 +79,7 @@ class VehicleConfig:
 
     vehicle: str = "copter"
     autopilot: str = "ardupilot"
+    firmware: str = ""
     system_id: int | None = None
     home: GeoPoint = DEFAULT_HOME
     heading_deg: float = DEFAULT_HEADING_DEG
@@ -155,12 +159,26 @@ class VehicleConfig:
             ConfigurationError: there is none.
         """
         try:
-            return PERSONALITIES[(self.vehicle, self.autopilot)]
+            recorded = PERSONALITIES[(self.vehicle, self.autopilot)]
         except KeyError:
             known = ", ".join(f"{v} with {a}" for v, a in PERSONALITIES)
             raise ConfigurationError(
                 f"{self.vehicle} with {self.autopilot} is not supported; supported are: {known}"
             ) from None
+        known_releases = releases_of(self.autopilot)
+        _require(
+            self.firmware in ("", *known_releases),
+            f"the firmware of {self.autopilot} must be one of {', '.join(known_releases)}, "
+            f"not {self.firmware}",
+        )
+        if self.firmware in ("", known_releases[0]):
+            return recorded
+        return _as_release(self.vehicle, self.autopilot, self.firmware)
+
+
+@cache
+def _as_release(vehicle: str, autopilot: str, firmware: str) -> Personality:
+    return as_release(PERSONALITIES[(vehicle, autopilot)], vehicle, firmware)
 
 
 def _require(condition: bool, message: str) -> None:

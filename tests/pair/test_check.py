@@ -104,6 +104,7 @@ class Look:
 def look(
     firmware: str = "ardupilot",
     kind: str = "copter",
+    release: str = "",
     faults: LinkFaults | None = None,
     parameters: dict[str, float] | None = None,
     ready_after_s: float = 1.0,
@@ -116,6 +117,7 @@ def look(
     simulated = VehicleConfig(
         autopilot=firmware,
         vehicle=kind,
+        firmware=release,
         faults=faults,
         parameters=parameters or {},
         ready_after_s=ready_after_s,
@@ -318,6 +320,31 @@ def test_the_ground_stations_system_id_is_reported_by_the_name_that_the_firmware
     assert "SYSID" not in "".join(
         line.value for line in section.lines if line.name == "not reported"
     )
+
+
+@pytest.mark.parametrize(
+    ("release", "own", "others"),
+    [
+        ("px4-1.18", {"MAN_OVERRIDE_SPD", "COM_GNSSLOSS_ACT", "FD_ALT_LOSS"}, {"COM_RC_OVERRIDE"}),
+        ("px4-1.17", {"COM_RC_OVERRIDE"}, {"MAN_OVERRIDE_SPD", "COM_GNSSLOSS_ACT", "FD_ALT_LOSS"}),
+    ],
+)
+def test_the_parameters_of_the_release_are_reported_and_no_others_missed(
+    release: str, own: set[str], others: set[str]
+) -> None:
+    report = look("px4", release=release).run_to_end()
+    (section,) = (s for s in report.sections if s.title == "Vehicle failsafes")
+    names = {line.name for line in section.lines}
+    assert own <= names
+    assert not others & names
+    assert "not reported" not in names
+
+
+def test_a_pilot_who_cannot_take_over_by_a_stick_is_warned_of() -> None:
+    parameters = {"MAN_OVERRIDE_SPD": -1.0}
+    report = look("px4", release="px4-1.18", parameters=parameters).run_to_end()
+    assert "none takes over" in value_of(report, "MAN_OVERRIDE_SPD")
+    assert warning_of(report, "MAN_OVERRIDE_SPD") == "Off: the vehicle does not react."
 
 
 def test_who_else_speaks_is_reported() -> None:

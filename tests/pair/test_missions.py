@@ -135,6 +135,24 @@ def test_a_pause_holds_and_continues_with_the_same_item(autopilot: str) -> None:
 
 
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+@pytest.mark.parametrize("status", ["UPLOADING", "ARMING", "TAKING_OFF"])
+def test_a_pause_before_the_flight_begins_in_the_air(status: str, autopilot: str) -> None:
+    """A vehicle that waits on the ground, armed, is disarmed by its autopilot."""
+    flight = flight_of(autopilot)
+    goal_id = flight.start(mission((30.0, 0.0, 3.0)))
+    flight.run_to_status(goal_id, status)
+    flight.bridge.services.pause(flight.now)
+    flight.run_to_status(goal_id, "PAUSED")
+    flight.run_for(15.0)
+    east, _, up = flight.truth()[0]
+    assert flight.status(goal_id) == "PAUSED"
+    assert east < 3.0
+    assert up > 1.5
+    flight.bridge.services.resume(flight.now)
+    assert flight.run_to_end(goal_id).code.value == "SUCCESS", said(flight, goal_id)
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_a_cancel_holds_and_removes_the_mission(autopilot: str) -> None:
     flight = flight_of(autopilot)
     goal_id = flight.start(mission((30.0, 0.0, 3.0)))

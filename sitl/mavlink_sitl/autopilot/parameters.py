@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
 
@@ -38,6 +38,45 @@ class ParameterSpec:
     default: float
     type: ParameterType = ParameterType.REAL32
     listed: bool = True
+
+
+@dataclass(frozen=True)
+class Renamed:
+    """The name that a release has for a parameter of the recorded firmware.
+
+    Attributes:
+        name: it.
+        factor: what makes the recorded value of its value.
+        offset: what is added then.
+    """
+
+    name: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+    def of_recorded(self, spec: ParameterSpec) -> ParameterSpec:
+        """The parameter under this name; in another unit it is a float."""
+        kind = ParameterType.REAL32 if abs(self.factor) != 1.0 else spec.type
+        default = (spec.default - self.offset) / self.factor
+        return replace(spec, name=self.name, default=default, type=kind)
+
+
+@dataclass(frozen=True)
+class Changes:
+    """The differences of a release's parameters from the recorded ones.
+
+    Attributes:
+        gone: names that it does not have.
+        inert: what it has besides, or with another default or type; without an effect, unless the
+            recorded one has an effect.
+        acting: the same of those that have one.
+        renamed: by their recorded names, by which the simulator asks for them.
+    """
+
+    gone: frozenset[str] = frozenset()
+    inert: tuple[ParameterSpec, ...] = ()
+    acting: tuple[ParameterSpec, ...] = ()
+    renamed: Mapping[str, Renamed] = field(default_factory=dict)
 
 
 NAMED_AT_MOST = 20
@@ -69,6 +108,7 @@ class ParameterTable:
     Args:
         acting: those that have an effect here.
         whole: the firmware's list; of those that act too, the specs in `acting` count.
+        renamed: parameters that the simulator asks for by another name than the list's.
 
     Attributes:
         specs: by name, in the order of the names.
@@ -76,11 +116,16 @@ class ParameterTable:
         listed: the names in the list, in the order of their indices. (The firmware's own order
             is that of its code; it was not recorded.)
         place: the index of each of these.
+        renamed: by the recorded names.
     """
 
     def __init__(
-        self, acting: Iterable[ParameterSpec], whole: Iterable[ParameterSpec] = ()
+        self,
+        acting: Iterable[ParameterSpec],
+        whole: Iterable[ParameterSpec] = (),
+        renamed: Mapping[str, Renamed] | None = None,
     ) -> None:
+        self.renamed = renamed or {}
         given = {spec.name: spec for spec in acting}
         self.acting = {name: given[name].default for name in sorted(given)}
         specs = {**{spec.name: spec for spec in whole}, **given}
@@ -88,15 +133,35 @@ class ParameterTable:
         self.listed = tuple(name for name, spec in self.specs.items() if spec.listed)
         self.place = {name: place for place, name in enumerate(self.listed)}
 
+    def changed(self, changes: Changes) -> ParameterTable:
+        """The parameters of another release. What it changes of others than these is left out."""
+        renamed = {old: new for old, new in changes.renamed.items() if old in self.specs}
+        specs: dict[str, ParameterSpec] = {}
+        acting = set()
+        for name, spec in self.specs.items():
+            if name not in changes.gone:
+                other = renamed[name].of_recorded(spec) if name in renamed else spec
+                specs[other.name] = other
+                if name in self.acting:
+                    acting.add(other.name)
+        specs |= {spec.name: spec for spec in (*changes.inert, *changes.acting)}
+        acting |= {spec.name for spec in changes.acting}
+        return ParameterTable(
+            [specs[name] for name in acting], specs.values(), {**self.renamed, **renamed}
+        )
+
 
 class _Values(dict[str, float]):
     """The values of one vehicle: of those that act, and of others that were changed."""
 
     def __init__(self, table: ParameterTable) -> None:
         super().__init__(table.acting)
-        self._specs = table.specs
+        self._specs, self._renamed = table.specs, table.renamed
 
     def __missing__(self, name: str) -> float:
+        other = self._renamed.get(name)
+        if other is not None:
+            return other.factor * self[other.name] + other.offset
         return self._specs[name].default
 
 
@@ -125,8 +190,12 @@ class Parameters:
             self.set(name, value)
 
     def __getitem__(self, name: str) -> float:
-        """The value of a parameter."""
+        """The value of a parameter; under a recorded name in the recorded unit."""
         return self._values[name]
+
+    def values_of(self, names: Iterable[str]) -> list[float]:
+        """The values of several parameters."""
+        return [self[name] for name in names]
 
     def __contains__(self, name: str) -> bool:
         """Whether there is such a parameter."""
@@ -142,8 +211,9 @@ class Parameters:
         return self.table.specs
 
     def acts(self, name: str) -> bool:
-        """Whether there is such a parameter, and it has an effect."""
-        return name in self.table.acting
+        """Whether there is such a parameter, also by its recorded name, and it has an effect."""
+        other = self.table.renamed.get(name)
+        return (name if other is None else other.name) in self.table.acting
 
     def of_interest(self) -> list[str]:
         """The names of those that act, and of all others that were changed."""

@@ -11,6 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any, NoReturn
 
 from mavlink_sitl.autopilot.parameters import Parameters, UnknownParameterError
+from mavlink_sitl.autopilot.personality.versions import RELEASES
 from mavlink_sitl.config import (
     DEFAULT_HEADING_DEG,
     DEFAULT_HOME,
@@ -199,9 +200,15 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add(
         "--autopilot",
-        default="ardupilot",
         metavar="FIRMWARE",
-        help="ardupilot or px4 (default: ardupilot)",
+        help="ardupilot or px4 (default: that of --firmware, else ardupilot)",
+    )
+    add(
+        "--firmware",
+        choices=tuple(RELEASES),
+        metavar="RELEASE",
+        help=f"{', '.join(RELEASES)}: the release that it behaves like (default: ardupilot-4.7-dev "
+        "or px4-1.17, which were recorded)",
     )
     add(
         "--link",
@@ -376,6 +383,7 @@ def vehicle_config(options: argparse.Namespace) -> VehicleConfig:
         config = VehicleConfig(
             vehicle=options.vehicle,
             autopilot=options.autopilot,
+            firmware=options.firmware or "",
             system_id=options.system_id,
             home=home,
             heading_deg=heading_deg,
@@ -441,6 +449,9 @@ def parse(arguments: Sequence[str]) -> tuple[argparse.Namespace, VehicleConfig]:
     """
     parser = make_parser()
     options = parser.parse_args(_joined(arguments))
+    if options.autopilot is None:
+        release = RELEASES.get(options.firmware)
+        options.autopilot = "ardupilot" if release is None else release.autopilot
     if options.wind is not None:
         options.world = replace(options.world, wind=options.wind)
     if options.mark is not None:

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.exchange import Result
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.links.faults import LinkFaults
@@ -66,7 +67,7 @@ class Failures:
         }
         # As long as they have their defaults nothing is broken.
         self._followed: dict[tuple[str, ...], list[float]] = {
-            names: [vehicle.parameters.specs[name].default for name in names]
+            names: Parameters(vehicle.parameters.table).values_of(names)
             for names in self._followers
             if all(map(vehicle.parameters.acts, names))
         }
@@ -160,8 +161,10 @@ class Failures:
             return
         self._revision = parameters.revision
         for names, follow in self._followers.items():
-            values = [parameters[name] for name in names if parameters.acts(name)]
-            if len(values) == len(names) and values != self._followed.get(names):
+            if not all(map(parameters.acts, names)):
+                continue
+            values = parameters.values_of(names)
+            if values != self._followed.get(names):
                 self._followed[names] = values
                 follow(*values)
 

@@ -12,6 +12,7 @@ from typing import BinaryIO
 from mavlink_sitl.autopilot.common.commander import PowerUp
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.plans.plans import Plans
+from mavlink_sitl.autopilot.px4.sticks import ManualControl
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.config import Underway, VehicleConfig
 from mavlink_sitl.environment import Environment
@@ -385,6 +386,21 @@ class SimulatedVehicle(VehicleBody):
     def pilot_throttle(self, raw_us: int) -> None:
         """The pilot moves the throttle stick: 1000 (lowest) to 2000."""
         self.firmware.pilot.receive((0, 0, raw_us))
+
+    def hold_sticks(
+        self, pitch: float = 0.0, roll: float = 0.0, yaw: float = 0.0, throttle: float = 0.5
+    ) -> None:
+        """A PX4 hears from the pilot's transmitter where the sticks are: -1 to 1, throttle 0 to 1.
+
+        It has to hear that again within COM_RC_LOSS_T. Without its radio it hears nothing.
+        """
+        firmware = self.firmware
+        if isinstance(firmware, Px4Vehicle) and not firmware.pilot.lost:
+            firmware.observe(self._observation())
+            firmware.sticks.hear(ManualControl(pitch, roll, yaw, throttle))
+            self._flush_events()
+            self._pass_guidance()
+            self._send_all()
 
     def silence_streams(self) -> None:
         """Stop all streams until the next start, except the ones that cannot be stopped."""

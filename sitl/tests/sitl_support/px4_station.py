@@ -135,11 +135,13 @@ def px4_copter(
     parameters: dict[str, float] | None = None,
     vehicle: str = "copter",
     wind_ned_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    firmware: str = "",
 ) -> Px4Station:
     """A PX4 that has just been switched on; a copter by default."""
     config = VehicleConfig(
         vehicle=vehicle,
         autopilot="px4",
+        firmware=firmware,
         home=HOME,
         heading_deg=0.0,
         ready_after_s=1.0,
@@ -155,17 +157,21 @@ def ready_px4(
     parameters: dict[str, float] | None = None,
     vehicle: str = "copter",
     wind_ned_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    firmware: str = "",
 ) -> Px4Station:
     """A PX4 that may be armed."""
-    station = px4_copter(links, parameters, vehicle, wind_ned_m_s)
+    station = px4_copter(links, parameters, vehicle, wind_ned_m_s, firmware)
     station.run_until(lambda: station.vehicle.firmware.estimator.position_ok)
     station.run(1.0)
     return station
 
 
-def flying_px4(height_m: float = 10.0, parameters: dict[str, float] | None = None) -> Px4Station:
+def flying_px4(
+    height_m: float = 10.0, parameters: dict[str, float] | None = None, firmware: str = ""
+) -> Px4Station:
     """A PX4 that follows setpoints in the air above home; the fast streams come from there on."""
-    station = ready_px4(parameters=parameters).quiet().take_off(height_m).talkative()
+    station = ready_px4(parameters=parameters, firmware=firmware).quiet()
+    station.take_off(height_m).talkative()
     station.stream_to(0.3, 0.0, 0.0, -height_m)
     return station
 

@@ -259,6 +259,8 @@ class Bridge:
             self._intakes.learn_frame(state)
         if state is not before:
             self._positions.observe(before, state, now)
+            if state.firmware_version != before.firmware_version:
+                self._report.firmware(state)
         if state.heartbeats_1 != before.heartbeats_1:
             self._report.protocol(before)
         if state.battery is not before.battery:

@@ -19,6 +19,7 @@ from mavlink_vehicle.events import (
     VehicleDiscovered,
     VehicleEvent,
 )
+from mavlink_vehicle.profiles.flown_releases import FLOWN, flown_with
 from mavlink_vehicle.ranges import RangesRefused
 from mavlink_vehicle.state.status_text import StatusText
 from mavlink_vehicle.state.vehicle_state import VehicleState
@@ -250,6 +251,13 @@ class Reporter:
             self.log(LogLevel.INFO, "Position valid; ready for goals")
         else:
             self.log(LogLevel.WARN, "The vehicle's position is no longer valid")
+
+    def firmware(self, state: VehicleState) -> None:
+        """Report the vehicle's release, and whether goals have been flown with it."""
+        if state.firmware_version is None or state.autopilot not in FLOWN:
+            return
+        known, text = flown_with(state.autopilot, state.firmware_version)
+        self.log(LogLevel.INFO if known else LogLevel.WARN, text)
 
     def protocol(self, before: VehicleState) -> None:
         """Report whether the vehicle speaks MAVLink 1 only, if it did not before, or no longer."""

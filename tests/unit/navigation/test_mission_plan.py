@@ -159,8 +159,10 @@ def test_acts_are_items_behind_their_waypoint() -> None:
     assert items[6].item.params[0] == 2.0, "the acts of the last waypoint need a time to be done in"
     precise = planned(px4.COPTER, plan)
     assert commands(px4.COPTER, plan)[-1] == GRIPPER, "nothing has to follow"
-    assert precise[1].item.params[0] == pytest.approx(math.degrees(-0.8))
-    assert math.isnan(precise[1].item.params[2]), "an angle, and no rate"
+    # A PX4 denies an angle to those who have not taken control.
+    assert precise[1].item.params[0] == -2.0
+    assert precise[2].item.params[0] == pytest.approx(math.degrees(-0.8))
+    assert math.isnan(precise[2].item.params[2]), "an angle, and no rate"
 
 
 def test_a_plane_waits_by_circling() -> None:

@@ -372,6 +372,33 @@ def test_speeds_are_changed_kept_and_set_back(wpl_file: Path) -> None:
     assert route.notes == ("line 12: DO_CHANGE_SPEED after the last waypoint is skipped.",)
 
 
+@pytest.mark.parametrize(
+    ("items", "places"),
+    [
+        # As in plans of the UAV Testing Competition.
+        ([(TAKEOFF, 47.3977, 8.5456, 10.0), (LAND, 47.3977, 8.5463, 0.0)], [(8.5463, 10.0)]),
+        (
+            [(WAYPOINT, 47.3977, 8.5456, 20.0), (LAND, 47.3977, 8.5463, 0.0)],
+            [(8.5456, 20.0), (8.5463, 20.0)],
+        ),
+        ([(WAYPOINT, 47.3977, 8.5456, 20.0), (LAND, 47.3977, 8.5456, 0.0)], [(8.5456, 20.0)]),
+        ([(WAYPOINT, 47.3977, 8.5456, 20.0), (LAND, 0.0, 0.0, 0.0)], [(8.5456, 20.0)]),
+        ([(WAYPOINT, 47.3977, 8.5456, 20.0), (RTL, 47.3977, 8.5463, 0.0)], [(8.5456, 20.0)]),
+    ],
+    ids=["take-off", "elsewhere", "the same place", "no place", "return"],
+)
+def test_a_landing_elsewhere_is_flown_to(
+    tmp_path: Path,
+    items: list[tuple[int, float, float, float]],
+    places: list[tuple[float, float]],
+) -> None:
+    text = plan(*(simple(command, place=place) for command, *place in items))  # type: ignore[arg-type]
+    route = read(tmp_path / "a.plan", text)
+    assert [waypoint.position[1:] for waypoint in route.waypoints] == places
+    flown_to = "NAV_LAND is flown to, at the height before it; the vehicle holds at the end."
+    assert (f"item 2: {flown_to}" in route.notes) is (len(places) == 2 or items[0][0] == TAKEOFF)
+
+
 def test_a_route_may_end_with_loitering_landing_and_what_follows_it(wpl_file: Path) -> None:
     text = numbered(
         item_row(TAKEOFF, 0, 0, 0, 0, 0, 0, 30), FIRST_ROW,

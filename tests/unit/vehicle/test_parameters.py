@@ -64,6 +64,43 @@ def test_a_name_without_an_answer_is_given_up_and_asked_for_again_later() -> Non
     assert asked(made) == ["NONE"]
 
 
+RENAMED = {"RTL_ALT": ("RTL_ALT_M", 100.0)}
+
+
+@pytest.mark.parametrize(
+    ("has", "number"), [("RTL_ALT", 1500.0), ("RTL_ALT_M", 15.0)], ids=["older", "newer"]
+)
+def test_a_renamed_parameter_is_known_by_its_former_name_and_unit(has: str, number: float) -> None:
+    made = ParameterReader()
+    made.start(0.0)
+    made.resume(ADDRESS, ("RTL_ALT",), False, 0.0, RENAMED)
+    assert asked(made) == ["RTL_ALT"]
+    made.handle_timer(1.0)
+    assert asked(made) == ["RTL_ALT", "RTL_ALT_M"]
+    made.receive(value(has, number), 1.1)
+    assert not made.reading
+    assert dict(made.values) == {"RTL_ALT": 1500.0}
+    made.refresh(31.0)
+    assert asked(made) == [has], "the release is known by now"
+    made.forget()
+    made.refresh(32.0)
+    assert asked(made) == ["RTL_ALT"], "it restarted, perhaps with another one"
+
+
+def test_a_renamed_parameter_is_read_for_others_too() -> None:
+    made = ParameterReader()
+    made.start(0.0)
+    made.resume(ADDRESS, ("OTHER",), False, 0.0, RENAMED)
+    made.messages_to_send()
+    assert made.read(("RTL_ALT",), 1.0) == [None]
+    assert asked(made) == ["RTL_ALT"]
+    assert made.read(("RTL_ALT",), 2.0) == [None]
+    assert asked(made) == ["RTL_ALT", "RTL_ALT_M"]
+    made.receive(value("RTL_ALT_M", 20.0), 2.1)
+    assert made.read(("RTL_ALT",), 2.2) == [2000.0]
+    assert "RTL_ALT" not in made.values
+
+
 def test_a_change_that_somebody_else_made_is_taken_over() -> None:
     made = reader("A")
     made.receive(value("A", 1.0), 0.1)

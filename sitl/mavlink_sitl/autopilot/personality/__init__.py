@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterTable, ParameterType
-from mavlink_sitl.autopilot.personality.parameters import whole_list
+from mavlink_sitl.autopilot.personality.parameters import changes_in, whole_list
 from mavlink_sitl.autopilot.plans.plan_rules import ARDUPILOT_PLANS, PlanRules
 from mavlink_sitl.geodesy import ARDUPILOT, Projection
 
@@ -122,6 +122,8 @@ class Personality:
             first time `boot` has the texts.
         banner: its texts on request (DO_SEND_BANNER).
         says_impacts: whether it says how hard it has hit the ground.
+        changes: lists of what a release has otherwise than the recorded one (`versions`).
+        removed_commands: MAV_CMDs that the recorded release obeys and this one does not know.
     """
 
     name: str
@@ -156,8 +158,13 @@ class Personality:
     whole: str = ""
     banner: tuple[str, ...] = ()
     says_impacts: bool = True
+    changes: tuple[str, ...] = ()
+    removed_commands: frozenset[int] = frozenset()
 
     @cached_property
     def parameter_table(self) -> ParameterTable:
         """All its parameters, those that do nothing among them."""
-        return ParameterTable(self.parameters, whole_list(self.whole) if self.whole else ())
+        table = ParameterTable(self.parameters, whole_list(self.whole) if self.whole else ())
+        for name in self.changes:
+            table = table.changed(changes_in(name))
+        return table

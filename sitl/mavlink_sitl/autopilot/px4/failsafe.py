@@ -24,6 +24,8 @@ WARN, TERMINATE = -1, -2
 """Actions that are no modes; disarming counts as terminating"""
 _LINK_LOSS = {1: px4.LOITER, 2: px4.RTL, 3: px4.LAND, 5: TERMINATE, 6: TERMINATE}
 """NAV_RCL_ACT and NAV_DLL_ACT"""
+HOLD_WITHOUT_FAILSAFE = 7
+"""NAV_RCL_ACT of 1.18: only who flies by sticks is put into Hold, as by a change of the mode"""
 _FENCE = {1: WARN, 2: px4.LOITER, 3: px4.RTL, 4: TERMINATE, 5: px4.LAND}
 """GF_ACTION"""
 _OFFBOARD_LOSS = {3: px4.RTL, 4: px4.LAND, 5: px4.LOITER, 6: TERMINATE, 7: TERMINATE}
@@ -33,6 +35,12 @@ _PILOT_MODES = (px4.MANUAL, px4.ALTCTL, px4.POSCTL)
 _GRAVITY = {WARN: 1, px4.LOITER: 3, px4.RTL: 4, px4.LAND: 5, TERMINATE: 7}
 """Of an action; the pilot's modes are in between"""
 _PILOT_GRAVITY, _HOLD_GRAVITY = 2, 3
+_NOT_FROM = {
+    px4.LAND: (px4.RTL,),
+    px4.PRECLAND: (px4.RTL, px4.LAND),
+    px4.RTL: (px4.RTL,),
+}
+"""Modes that no failsafe flies instead of an intention to land or to return"""
 
 
 @dataclass(frozen=True)
@@ -103,6 +111,8 @@ class Px4Failsafes(Failsafes):
         if not self._vehicle.armed:
             self._stop()
             return
+        if self._holds_for_pilot():
+            self._vehicle.intend(px4.LOITER)
         failures = dict(self._failures())
         for cause, action in failures.items():
             if cause not in self._failing:
@@ -129,7 +139,8 @@ class Px4Failsafes(Failsafes):
         vehicle = self._vehicle
         self._taken_over = self._taken_over and bool(self._actions)
         worst = max(self._actions.values(), key=lambda action: action.gravity, default=None)
-        if worst is None or worst.mode == WARN or self._taken_over:
+        kept = _NOT_FROM.get(vehicle.intention, ())
+        if worst is None or worst.mode in (WARN, *kept) or self._taken_over:
             if self.acting is not None:
                 self.acting, self._gravity = None, 0
                 vehicle.enter_mode(vehicle.intention)
@@ -159,7 +170,7 @@ class Px4Failsafes(Failsafes):
         fallback = self._fallback()
         if fallback is not None:
             yield f"mode {vehicle.intention}", Action(fallback)
-        alive = vehicle.manual_alive()
+        alive = vehicle.sticks.held() is not None
         self._had_sticks = self._had_sticks or alive
         if self._had_sticks and not alive:
             yield from self._link("sticks", int(p["NAV_RCL_ACT"]))
@@ -178,6 +189,12 @@ class Px4Failsafes(Failsafes):
         if mode is not None:
             yield cause, Action(mode, lasts=True, waits=True)
 
+    def _holds_for_pilot(self) -> bool:
+        vehicle = self._vehicle
+        action = vehicle.parameters["NAV_RCL_ACT"]
+        flown = vehicle.intention in _PILOT_MODES and vehicle.sticks.held() is None
+        return flown and action == HOLD_WITHOUT_FAILSAFE and vehicle.estimator.position_ok
+
     def _fallback(self) -> int | None:
         """The mode that replaces an intended mode that cannot run; None when it can."""
         vehicle, p = self._vehicle, self._vehicle.parameters
@@ -193,7 +210,7 @@ class Px4Failsafes(Failsafes):
             wanted = _OFFBOARD_TO_PILOT.get(action, px4.POSCTL)
             if vehicle.can_run(wanted):
                 return wanted
-        if wanted in _PILOT_MODES and not vehicle.manual_alive():
+        if wanted in _PILOT_MODES and vehicle.sticks.held() is None:
             return _LINK_LOSS.get(int(p["NAV_RCL_ACT"]), px4.LOITER)
         return None
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from mavlink_sitl.autopilot.common.auto import Auto
@@ -27,6 +26,7 @@ from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.mode import HoldMode, OffboardMode, Px4Mode, TakeoffMode
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator
 from mavlink_sitl.autopilot.px4.payload import Px4Payload
+from mavlink_sitl.autopilot.px4.sticks import Sticks
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import (
     Observation,
@@ -49,25 +49,6 @@ _NOT_RESTORED = (px4.LAND, px4.ORBIT, px4.PRECLAND, px4.RTL, px4.TAKEOFF)
 """Intentions that do not outlive the flight: it cannot be armed in them, or takes off"""
 
 
-@dataclass(frozen=True)
-class ManualControl:
-    """The sticks, -1..1; throttle 0..1.
-
-    Attributes:
-        pitch: forward.
-        roll: right.
-        yaw: clockwise.
-        throttle: 0.5 holds height where height is held.
-        at_s: when they were heard.
-    """
-
-    pitch: float
-    roll: float
-    yaw: float
-    throttle: float
-    at_s: float
-
-
 def px4_table(**parts: Any) -> Firmware:
     """Return PX4 with the parts of a kind of vehicle; in AUTO.LOITER without a receiver."""
     return Firmware(
@@ -87,7 +68,8 @@ class Px4Vehicle(Commander):
         intention: the mode that people want (CURRENT_MODE.intended_custom_mode).
         battery: the simulated pack, which follows SIM_BAT_* and not the motors.
         calibration: of its sensors.
-        manual: the sticks, or None before any were heard.
+        was_intended: whether somebody has chosen a mode since power-up.
+        sticks: of its pilot.
         setpoint_at_s: when the latest usable offboard setpoint came.
         in_flight: from "Takeoff detected" to "Landing detected".
         took_off_at_s: when the former was said last.
@@ -100,11 +82,14 @@ class Px4Vehicle(Commander):
     fence: Px4Geofence
     mode: Px4Mode
     payload: Px4Payload
+    obeys_moved_sticks = False
+    """Whether a moved stick takes it from modes that fly by themselves."""
 
     def __init__(self, start: PowerUp) -> None:
         self.intention = px4.LOITER
         self.setpoint_at_s = -math.inf
-        self.manual: ManualControl | None = None
+        self.was_intended = False
+        self.sticks = Sticks(self)
         self.in_flight = False
         self.took_off_at_s = -math.inf
         self.battery = Px4Battery(start.parameters)
@@ -150,16 +135,6 @@ class Px4Vehicle(Commander):
         """Whether usable setpoints come often enough for OFFBOARD (COM_OF_LOSS_T)."""
         return self.now_s - self.setpoint_at_s < self.parameters["COM_OF_LOSS_T"]
 
-    def sticks(self) -> ManualControl | None:
-        """The sticks that somebody holds, or None."""
-        manual = self.manual
-        held = manual and self.now_s - manual.at_s < self.parameters["COM_RC_LOSS_T"]
-        return manual if held else None
-
-    def manual_alive(self) -> bool:
-        """Whether somebody holds the sticks."""
-        return self.sticks() is not None
-
     def can_run(self, number: int) -> bool:
         """Whether a mode has what it needs."""
         spec = self.personality.modes[number]
@@ -170,7 +145,7 @@ class Px4Vehicle(Commander):
         if number == px4.MISSION:
             return self.auto.has_mission
         if spec.behaviour in NEEDS_STICKS:
-            return self.manual_alive()
+            return self.sticks.held() is not None
         return True
 
     def can_arm(self) -> bool:
@@ -276,7 +251,7 @@ class Px4Vehicle(Commander):
 
     def intend(self, number: int) -> None:
         """Make a mode the intention; it takes over at once."""
-        self.intention = number
+        self.intention, self.was_intended = number, True
         if number not in _NOT_RESTORED:
             self.after_disarming = number
         self.failsafe.forget()

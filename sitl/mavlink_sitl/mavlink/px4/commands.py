@@ -260,8 +260,9 @@ def handle(server: Px4Server, command: ReceivedCommand) -> Result | None:
     Returns:
         The result for COMMAND_ACK, or None when no answer is sent.
     """
-    entry = BY_KIND[server.vehicle.personality.kind].get(command.id)
-    if entry is None:
+    personality = server.vehicle.personality
+    entry = BY_KIND[personality.kind].get(command.id)
+    if entry is None or command.id in personality.removed_commands:
         return Result.UNSUPPORTED
     handler, used = entry
     if not all(usable(value) for value in command.params[:used]):

@@ -94,7 +94,7 @@ def sys_status(s: Snapshot) -> Message:
         present, enabled, health = _NOTHING_YET
     if vehicle.can_arm():
         health |= _PREARM
-    if vehicle.manual_alive():
+    if vehicle.sticks.held() is not None:
         present, health = present | _RADIO, health | _RADIO
     if vehicle.failsafe.battery_level:
         health &= ~_BATTERY

@@ -13,7 +13,8 @@ from functools import partial
 
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
-from mavlink_sitl.autopilot.px4.vehicle import ManualControl, Px4Vehicle
+from mavlink_sitl.autopilot.px4.sticks import ManualControl
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import (
     Event,
@@ -394,7 +395,8 @@ class Px4Server(MavlinkServer):
             min(max(value / 1000.0, -1.0), 1.0) for value in (message.x, message.y, message.r)
         )
         throttle = min(max(message.z / 1000.0, 0.0), 1.0)
-        self.vehicle.manual = ManualControl(pitch, roll, yaw, throttle, self.now_us / 1e6)
+        self.vehicle.sticks.hear(ManualControl(pitch, roll, yaw, throttle))
+        self.flush_events()
 
     def _on_follow_target(self, message: Message) -> None:
         """Take where the target of AUTO.FOLLOW_TARGET is; the message has no addressee.

@@ -8,6 +8,7 @@ from drone_navigation.check.examination import Checker, RequestedRate
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.io.links import parse_url
 from mavlink_vehicle.profiles import Profile, VehicleKind
+from mavlink_vehicle.profiles.flown_releases import FLOWN, flown_with
 from mavlink_vehicle.state.health import battery_is_low
 from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.configuration.settings import TrafficConfig
@@ -61,7 +62,7 @@ def vehicle_section(checker: Checker, profile: Profile, set_up: str = "") -> Che
     return CheckSection(
         "Vehicle",
         (
-            Line("firmware", f"{profile.name} {state.firmware_version or '(version unknown)'}"),
+            _firmware(profile, state),
             Line("kind", profile.kind.value),
             *_other_set_up(profile, state.autopilot, set_up),
             Line("system id", f"{state.system_id}, component {state.component_id}"),
@@ -85,6 +86,15 @@ def vehicle_section(checker: Checker, profile: Profile, set_up: str = "") -> Che
             *_landing_on_a_target(checker, profile),
         ),
     )
+
+
+def _firmware(profile: Profile, state: VehicleState) -> Line:
+    version = state.firmware_version
+    text = f"{profile.name} {version or '(version unknown)'}"
+    if version is None or state.autopilot not in FLOWN:
+        return Line("firmware", text)
+    known, sentence = flown_with(state.autopilot, version)
+    return Line("firmware", text, None if known else f"{sentence}.")
 
 
 def _other_set_up(profile: Profile, autopilot: int, set_up: str) -> tuple[Line, ...]:
@@ -224,7 +234,8 @@ def failsafes_section(checker: Checker, profile: Profile) -> CheckSection:
     for setting in profile.failsafe_settings:
         name = next((name for name in setting.names if name in values), None)
         if name is None:
-            unknown.append(" or ".join(setting.names))
+            if not setting.in_some_releases:
+                unknown.append(" or ".join(setting.names))
             continue
         value = values[name]
         off = int(value) in setting.off and value == int(value)

@@ -137,6 +137,23 @@ _FOLLOWING = FollowingLimits(
     climb_jerk=("PSC_JERK_Z", 1.0, 5.0),
 )
 
+# Renamed in 4.7, most of them from centimetres to metres.
+_COPTER_SINCE_4_7 = {
+    "LAND_ALT_LOW": ("LAND_ALT_LOW_M", 100.0),
+    "LAND_SPEED": ("LAND_SPD_MS", 100.0),
+    "LAND_SPEED_HIGH": ("LAND_SPD_HIGH_MS", 100.0),
+    "PSC_JERK_XY": ("PSC_NE_JERK", 1.0),
+    "PSC_JERK_Z": ("PSC_D_JERK", 1.0),
+    "RTL_ALT": ("RTL_ALT_M", 100.0),
+    "RTL_SPEED": ("RTL_SPEED_MS", 100.0),
+    "WPNAV_ACCEL": ("WP_ACC", 100.0),
+    "WPNAV_ACCEL_Z": ("WP_ACC_Z", 100.0),
+    "WPNAV_RADIUS": ("WP_RADIUS_M", 100.0),
+    "WPNAV_SPEED": ("WP_SPD", 100.0),
+    "WPNAV_SPEED_DN": ("WP_SPD_DN", 100.0),
+    "WPNAV_SPEED_UP": ("WP_SPD_UP", 100.0),
+}
+
 COPTER = replace(
     _GUIDED,
     name="ArduCopter",
@@ -208,6 +225,7 @@ COPTER = replace(
         "WPNAV_SPEED",
         *_FOLLOWING.parameters,
     ),
+    renamed_parameters=MappingProxyType(_COPTER_SINCE_4_7),
     failsafe_settings=failsafe_settings.ARDUCOPTER,
 )
 

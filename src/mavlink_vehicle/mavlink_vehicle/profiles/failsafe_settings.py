@@ -2,13 +2,13 @@
 
 The meaning of the numbers is that of the firmwares' own parameter descriptions: ArduPilot's
 Parameters.cpp of each vehicle, AP_BattMonitor_Params.cpp and AC_Fence.cpp; PX4's
-commander_params.c and geofence_params.c (v1.17.0).
+commander_params.c and geofence_params.c (v1.17.0), and the release notes of v1.18.0.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 
@@ -23,6 +23,7 @@ class FailsafeSetting:
         unit: of a quantity.
         off: the numbers with which the vehicle does nothing.
         formerly: what older firmwares call it; a firmware answers for the one that it has.
+        in_some_releases: a release without it has nothing to report.
     """
 
     name: str
@@ -31,6 +32,7 @@ class FailsafeSetting:
     unit: str = ""
     off: frozenset[int] = frozenset()
     formerly: str = ""
+    in_some_releases: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -126,6 +128,7 @@ ARDUPLANE = (
 )  # fmt: skip
 
 _PX4_LINK = ("nothing", "hold", "return", "land", "", "terminate", "disarm")
+_PX4_STICKS = (*_PX4_LINK, "hold, without a failsafe")
 _PX4_OFFBOARD = (
     "position mode", "altitude mode", "stabilized", "return", "land", "hold", "terminate",
     "disarm",
@@ -134,13 +137,21 @@ _PX4_OFFBOARD = (
 PX4_ANY = (
     FailsafeSetting("COM_DL_LOSS_T", "ground station counts as lost after", unit="s"),
     _choice("NAV_DLL_ACT", _STATION, *_PX4_LINK),
-    _choice("NAV_RCL_ACT", _RC, *_PX4_LINK),
+    _choice("NAV_RCL_ACT", _RC, *_PX4_STICKS),
     FailsafeSetting("COM_RCL_EXCEPT", "modes that need no remote control (bits)"),
     _choice("COM_LOW_BAT_ACT", _BATTERY, "warns only", "", "lands when critical",
             "returns when critical, lands in an emergency"),
     _choice("GF_ACTION", _FENCE, "nothing", "warns only", "hold", "return", "terminate", "land",
             off=(0, 1)),
-    _choice("COM_ARM_ODID", "Remote ID", "not checked", "warns only", "needed to arm", off=()),
+    _choice("COM_ARM_ODID", "Remote ID", "not checked", "warns only", "needed to arm", "return",
+            "land", "terminate", off=()),
+    _choice("COM_PARACHUTE", "parachute", "not checked", "warns only; before 1.18 needed to arm",
+            "needed to arm", "return", "land", off=()),
+    replace(
+        _choice("COM_GNSSLOSS_ACT", "fewer GNSS receivers than SYS_HAS_NUM_GNSS", "warns only",
+                "return", "land", "terminate", off=()),
+        in_some_releases=True,
+    ),
     FailsafeSetting("COM_DISARM_PRFLT", "armed, but no take-off: disarms after", unit="s"),
 )  # fmt: skip
 
@@ -149,3 +160,26 @@ PX4_OFFBOARD = (
     _choice("COM_OBL_RC_ACT", "setpoints lost", *_PX4_OFFBOARD, off=()),
     *PX4_ANY,
 )
+
+# A multicopter's pilot takes over by a stick: by how far it is moved up to 1.17, from 1.18 on by
+# how fast, in OFFBOARD, too.
+PX4_COPTER = (
+    *PX4_OFFBOARD,
+    FailsafeSetting(
+        "MAN_OVERRIDE_SPD",
+        "a stick that moves faster takes over",
+        MappingProxyType({-1: "none takes over"}),
+        unit="of its way from the middle in a second",
+        off=frozenset({-1}),
+        in_some_releases=True,
+    ),
+    replace(
+        _choice("COM_RC_OVERRIDE", "a moved stick takes over", "in no mode", "not in OFFBOARD",
+                "in OFFBOARD only", "in OFFBOARD, too", off=()),
+        in_some_releases=True,
+    ),
+    FailsafeSetting(
+        "FD_ALT_LOSS", "terminates as far below its setpoint (0: never)", unit="m",
+        in_some_releases=True,
+    ),
+)  # fmt: skip

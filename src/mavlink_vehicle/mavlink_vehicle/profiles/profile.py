@@ -267,6 +267,8 @@ class Profile:
             when it has landed.
         messages: the messages that it sends and expects.
         wanted_parameters: parameters that are read and kept up to date.
+        renamed_parameters: by the names that are used here, those of newer releases, each with what
+            makes the unit here of its value.
         equipment: its commands for cameras, gimbals, grippers and outputs.
         traffic_receiver_parameter: the one that is 0 without an ADS-B receiver; None where there
             is none, and what a receiver reports is passed on.
@@ -310,6 +312,9 @@ class Profile:
     earlier_mode_after_landing: bool = False
     messages: MessageProperties = MessageProperties()
     wanted_parameters: tuple[str, ...] = ()
+    renamed_parameters: Mapping[str, tuple[str, float]] = field(
+        default_factory=lambda: MappingProxyType({})
+    )
     equipment: EquipmentRules = field(default_factory=EquipmentRules)
     traffic_receiver_parameter: str | None = None
     failsafe_settings: tuple[FailsafeSetting, ...] = ()

@@ -170,6 +170,7 @@ COPTER = replace(
         # AUTO.TAKEOFF does not look at the stream, which must run when it is over.
         before_takeoff=True,
     ),
+    failsafe_settings=failsafe_settings.PX4_COPTER,
     return_speeds=(("MPC_XY_CRUISE", 1.0),),
     return_height=("RTL_RETURN_ALT", 1.0),
     wanted_parameters=(*_COMMON.wanted_parameters, "MPC_XY_CRUISE"),

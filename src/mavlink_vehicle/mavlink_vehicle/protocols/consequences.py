@@ -144,7 +144,7 @@ class Consequences:
         self._services.take_events(self._setpoints, now)
 
     def _went_back(self, before: VehicleState) -> bool:
-        """Return whether it went back to an earlier mode because it has landed (PX4)."""
+        """Return whether it went back to an earlier mode because it landed or never flew (PX4)."""
         profile, state = self._vehicle.profile, self._vehicle.state
         if profile is None or not profile.earlier_mode_after_landing:
             return False
@@ -152,6 +152,8 @@ class Consequences:
         target = profile.landing_target
         on_target = None if target is None else target.mode
         landing = (profile.land_mode, on_target, profile.return_mode)
+        if not state.armed and before.custom_mode == profile.mode_number(profile.takeoff.mode):
+            return True
         return down and before.custom_mode in map(profile.mode_number, landing)
 
     # Events of the services

@@ -84,6 +84,12 @@ class OperationSlot(Slot[Operation | MissionOperation]):
         return self._crossings.is_open
 
     @property
+    def _mode_ends_with_flight(self) -> bool:
+        """Whether the vehicle is in an earlier mode again once it is disarmed."""
+        profile = self._vehicle.profile
+        return profile is not None and profile.earlier_mode_after_landing
+
+    @property
     def operation_id(self) -> int | None:
         """Id of the operation in progress, None when there is none."""
         return None if self.pending is None else self.pending.operation_id
@@ -234,6 +240,8 @@ class OperationSlot(Slot[Operation | MissionOperation]):
                 self.cancel(f"the vehicle was switched to {name} meanwhile", now)
             elif operation.goal.kind is OperationKind.TAKE_OFF:
                 return True  # it goes through modes of its own
+            elif operation.goal.kind is OperationKind.DISARM and self._mode_ends_with_flight:
+                return True
         return requested
 
     def armed_changed(self, armed: bool, now: float) -> bool:

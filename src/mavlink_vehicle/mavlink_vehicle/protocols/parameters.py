@@ -5,6 +5,9 @@ and so is every change, to all links. Neither ArduPilot nor PX4 answers for a pa
 does not have (observed), so a name without an answer after all repetitions counts as absent
 until it is asked for again. A change may also be made where no PARAM_VALUE comes of it
 (ArduPilot's DO_FENCE_ENABLE), so everything is read again from time to time.
+
+A parameter that a newer release of the firmware calls otherwise is asked for by that name, too,
+once the former one has had no answer. Its value is known by the former name, in that one's unit.
 """
 
 from __future__ import annotations
@@ -26,6 +29,7 @@ _AGAIN_S = 30.0
 # OtherServers are asked for at somebody's request, not more often than this.
 _ASK_S, _ASK_KNOWN_S = 1.0, 30.0
 
+_NOT_RENAMED: Mapping[str, tuple[str, float]] = MappingProxyType({})
 _INTEGERS = {
     mavlink.MAV_PARAM_TYPE_UINT8: "<Bxxx",
     mavlink.MAV_PARAM_TYPE_INT8: "<bxxx",
@@ -71,6 +75,9 @@ class ParameterReader(VehicleService):
         self._others: dict[str, float] = {}
         self._asked_s: dict[str, float] = {}
         self._attempts = 0
+        self._renamed = _NOT_RENAMED
+        self._formerly: dict[str, tuple[str, float]] = {}
+        self._has: dict[str, str] = {}
 
     def value(self, name: str) -> float | None:
         """Return a wanted value, or one that was asked for; None before it has come."""
@@ -88,7 +95,8 @@ class ParameterReader(VehicleService):
             *profile.wanted_parameters,
             *(name for name, _ in profile.equipment.absent.values()),
         )
-        self.resume(conversation.address, names, profile.parameters_bytewise, now)
+        renamed = profile.renamed_parameters
+        self.resume(conversation.address, names, profile.parameters_bytewise, now, renamed)
 
     def link_lost(self, state: VehicleState, now: float) -> None:
         """Stop asking."""
@@ -98,9 +106,25 @@ class ParameterReader(VehicleService):
         """Drop what is known."""
         self.forget()
 
-    def resume(self, address: Address, names: Iterable[str], bytewise: bool, now: float) -> None:
-        """Ask for these from now on; the known values stay until they are answered."""
-        self._address, self._bytewise = address, bytewise
+    def resume(
+        self,
+        address: Address,
+        names: Iterable[str],
+        bytewise: bool,
+        now: float,
+        renamed: Mapping[str, tuple[str, float]] = _NOT_RENAMED,
+    ) -> None:
+        """Ask for these from now on; the known values stay until they are answered.
+
+        Args:
+            address: the vehicle's.
+            names: the parameters.
+            bytewise: see `decode_value`.
+            now: the time.
+            renamed: the names that newer releases have, each with what makes the former unit of it.
+        """
+        self._address, self._bytewise, self._renamed = address, bytewise, renamed
+        self._formerly = {newer: (name, scale) for name, (newer, scale) in renamed.items()}
         self._wanted = tuple(names)
         self.refresh(now)
 
@@ -117,8 +141,8 @@ class ParameterReader(VehicleService):
         for name in names:
             again_s = _ASK_KNOWN_S if name in self._others else _ASK_S
             if name not in self._wanted and now >= self._asked_s.get(name, -math.inf) + again_s:
+                self._request(name, self._address, again=name in self._asked_s)
                 self._asked_s[name] = now
-                self._request(name, self._address)
 
     def read(self, names: Iterable[str], now: float) -> list[float | None]:
         """Return any parameters; those not known yet are None, and are asked for."""
@@ -138,6 +162,7 @@ class ParameterReader(VehicleService):
         self._values.clear()
         self._others.clear()
         self._asked_s.clear()
+        self._has.clear()
 
     def pause(self) -> None:
         """Stop asking."""
@@ -148,13 +173,17 @@ class ParameterReader(VehicleService):
         """Process a value, whoever asked for it or changed it."""
         if not isinstance(message, _VALUE):
             return
-        if message.param_id not in self._wanted:
-            if message.param_id in self._asked_s:
-                self._others[message.param_id] = decode_value(message, self._bytewise)
+        name, scale = self._formerly.get(message.param_id, (message.param_id, 1.0))
+        value = scale * decode_value(message, self._bytewise)
+        if name in self._renamed:
+            self._has[name] = message.param_id
+        if name not in self._wanted:
+            if name in self._asked_s:
+                self._others[name] = value
             return
-        self._values[message.param_id] = decode_value(message, self._bytewise)
-        if message.param_id in self._missing:
-            self._missing.remove(message.param_id)
+        self._values[name] = value
+        if name in self._missing:
+            self._missing.remove(name)
             if not self._missing:
                 self.deadline_s = now + _AGAIN_S
 
@@ -172,15 +201,19 @@ class ParameterReader(VehicleService):
         self._attempts += 1
         self.deadline_s = now + _RETRY_S
         for name in self._missing:
-            self._request(name, self._address)
+            self._request(name, self._address, again=self._attempts > 1)
 
-    def _request(self, name: str, address: Address) -> None:
-        self.outbox.append(
-            make(
-                "PARAM_REQUEST_READ",
-                target_system=address.target_system,
-                target_component=address.target_component,
-                param_id=name.encode("ascii"),
-                param_index=-1,
+    def _request(self, name: str, address: Address, again: bool) -> None:
+        names = [self._has.get(name, name)]
+        if again and name in self._renamed and name not in self._has:
+            names.append(self._renamed[name][0])
+        for each in names:
+            self.outbox.append(
+                make(
+                    "PARAM_REQUEST_READ",
+                    target_system=address.target_system,
+                    target_component=address.target_component,
+                    param_id=each.encode("ascii"),
+                    param_index=-1,
+                )
             )
-        )

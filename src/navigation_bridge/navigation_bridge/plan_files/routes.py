@@ -75,6 +75,8 @@ _FENCE_AND_RALLY = {
     mavlink.MAV_CMD_NAV_RALLY_POINT: "rally",
 }
 _AIRSPEED, _GROUND_SPEED = 0.0, 1.0
+# A tenth of a metre.
+_SAME_DEG = 1e-6
 _UNCHANGED, _DEFAULT = -1.0, -2.0
 
 
@@ -145,6 +147,7 @@ class _RouteMaker:
         self._early_acts: list[tuple[PlanItem, ActRequest]] = []
         self._after_gate = False
         self._ended = False
+        self._before_end: PlanItem | None = None
         self._left_out = 0
         self._changes: dict[int, Callable[[PlanItem], None]] = {
             _SPEED: self._change_speed,
@@ -166,15 +169,14 @@ class _RouteMaker:
         if command in _WAYPOINTS and (command != _LOITER_UNLIM or is_last):
             self._add_waypoint(item)
         elif command == mavlink.MAV_CMD_NAV_TAKEOFF and not self.waypoints:
+            self._before_end = item
             height = f" to {item.params[6]:g} m" if math.isfinite(item.params[6]) else ""
             self.notes.append(
                 f"{item.where}: take-off{height} skipped; on the ground the server takes off to "
                 "takeoff_height_m."
             )
         elif command in _ENDS and is_last:
-            self._ended = True
-            text = f"{item.where}: {name} is skipped; the vehicle holds at the end."
-            self.notes.append(text)
+            self._end_with(item)
         elif is_last and self._is_without_effect(command):
             self.notes.append(f"{item.where}: {name} after the last waypoint is skipped.")
         elif command in _LEFT_OUT:
@@ -196,7 +198,28 @@ class _RouteMaker:
                 "command; set it to 1, or end the route there."
             )
 
+    def _end_with(self, item: PlanItem) -> None:
+        self._ended = True
+        landing, name = self._waypoint_of_landing(item), command_name(item.command)
+        if landing is not None:
+            self._add_waypoint(landing)
+        end = "is skipped" if landing is None else "is flown to, at the height before it"
+        self.notes.append(f"{item.where}: {name} {end}; the vehicle holds at the end.")
+
+    def _waypoint_of_landing(self, item: PlanItem) -> PlanItem | None:
+        """Return a waypoint above a landing that has a place of its own; None for another end."""
+        before, place = self._before_end, item.params[4:6]
+        if item.command != mavlink.MAV_CMD_NAV_LAND or before is None:
+            return None
+        if not all(map(math.isfinite, place)) or place == (0.0, 0.0):
+            return None  # where the vehicle is
+        if math.dist(place, before.params[4:6]) < _SAME_DEG:
+            return None
+        params = (0.0, 0.0, 0.0, math.nan, *place, before.params[6])
+        return replace(item, command=_WAYPOINT, frame=before.frame, params=params)
+
     def _add_waypoint(self, item: PlanItem) -> None:
+        self._before_end = item
         self._reject_unsupported(item)
         reference = FRAME_REFERENCES.get(item.frame)
         if reference is None:

@@ -130,7 +130,13 @@ class Stations:
         self.let_go(goal, now)
 
     def name(self, outcome: Outcome, now: float) -> Outcome:
-        """Name the ground station that took control in the outcome."""
+        """Name in the outcome who took control: a failsafe, or a ground station."""
+        if outcome.code is OutcomeCode.PILOT_OVERRIDE:
+            # The task has waited for longer than a failsafe needs to show.
+            state, seen_s = self._vehicle.state, now - _BRINGS_S
+            judged = Takeover(self._vehicle.mode_name, seen_s).watched(state).judge(state, now)
+            if judged is not None and judged[0] is not OutcomeCode.PILOT_OVERRIDE:
+                return replace(outcome, code=judged[0], message=judged[1])
         acted = self._recent(now)
         taken = outcome.code in (OutcomeCode.DISARMED, OutcomeCode.PILOT_OVERRIDE)
         if acted is None or not taken or acted.act is not StationAct.CHANGED_MODE:

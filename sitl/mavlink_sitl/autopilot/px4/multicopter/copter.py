@@ -28,6 +28,7 @@ class Px4Copter(Px4Vehicle):
     """A multicopter with PX4."""
 
     navigator: CopterNavigator
+    obeys_moved_sticks = True
     table = px4_table(
         modes={
             "px4_hold": modes.Hold,

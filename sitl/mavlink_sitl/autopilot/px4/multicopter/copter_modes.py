@@ -298,7 +298,7 @@ class Manual(CopterMode):
         self.update()
 
     def _stick_velocity(self) -> tuple[Vector, float]:
-        sticks = self.vehicle.sticks()
+        sticks = self.vehicle.sticks.held()
         if sticks is None:
             return ZERO, 0.0
         p, yaw = self.vehicle.parameters, self.vehicle.motion.yaw_rad

@@ -218,7 +218,7 @@ class Manual(PlaneMode):
 
     def sticks(self) -> Vector:
         """Roll and pitch (forwards positive), -1..1, throttle 0..1; 0 when nobody holds them."""
-        sticks = self.vehicle.sticks()
+        sticks = self.vehicle.sticks.held()
         if sticks is None:
             return 0.0, 0.0, 0.0
         return sticks.roll, sticks.pitch, sticks.throttle

@@ -139,7 +139,7 @@ class Manual(DriveMode):
 
     def sticks(self) -> tuple[float, float]:
         """Throttle and steering, -1..1; centred when nobody holds them."""
-        sticks = self.vehicle.sticks()
+        sticks = self.vehicle.sticks.held()
         if sticks is None:
             return 0.0, 0.0
         return 2.0 * sticks.throttle - 1.0, sticks.roll

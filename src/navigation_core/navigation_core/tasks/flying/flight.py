@@ -140,11 +140,11 @@ class SetpointFlight(PhasedTask):
         self._go(Phase.PREPARING, now)
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
-        """Some autopilots leave the mode that obeys setpoints for the take-off, and hold after."""
-        if self._traits.control_before_takeoff:
+        """Some autopilots take off in a mode of their own, and hold only after that."""
+        if self._traits.control_before_takeoff or self._phase in FLYING:
             return False
-        before_flight = self._phase not in FLYING
-        return before_flight and mode in (VehicleMode.TAKE_OFF, VehicleMode.HOLD)
+        holds = mode is VehicleMode.HOLD and self._phase is not Phase.TAKING_OFF
+        return holds or mode is VehicleMode.TAKE_OFF
 
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress of all sections."""

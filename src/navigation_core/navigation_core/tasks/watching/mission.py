@@ -74,7 +74,7 @@ class FlyMission(PhasedTask):
         self._measures = MissionMeasures(route.flown, config, traits)
         self._departure = Departure(config, traits, self._requests)
         self._end = MissionEnd(config, traits, self._requests)
-        self._started = False
+        self._started = self._has_risen = False
         self._leg_speed = LegSpeed(self._requests)
         # The mission itself sets its speeds, until it is left.
         self._speed_is_lost = False
@@ -232,7 +232,10 @@ class FlyMission(PhasedTask):
                 text += " It circles the last one."
             code = OutcomeCode.WAYPOINT_MISSED if self._mission.missed else OutcomeCode.SUCCESS
             return Outcome(code, text, self._measures.error_m(observation))
-        if self._pause_asked or observation.position_doubt:
+        # As in other flights, a pause waits for the end of the take-off: nearer to the ground a
+        # copter that holds may touch it again, and the autopilot disarms it.
+        self._has_risen = self._has_risen or self._measures.has_risen(self._plan, observation)
+        if (self._pause_asked and self._has_risen) or observation.position_doubt:
             return Phase.PAUSING
         if observation.mode is not VehicleMode.MISSION:
             return self._out_of_mode(observation, now)

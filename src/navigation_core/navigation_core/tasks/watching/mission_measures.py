@@ -7,11 +7,15 @@ from navigation_core.tasks.conditions import is_airborne, measured_speed
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.observation import MissionReport, Observation
 from navigation_core.tasks.traits import Traits
-from navigation_core.tasks.waypoint import RouteWaypoint
+from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
 
 _CIRCLE_SHARE = 1.5
 # WP_RADIUS of an ArduRover is 2 m, and it stops within it.
 _GROUND_ARRIVAL_M = 3.0
+# A PX4 calls a take-off over within 0.8 m of its height (NAV_MC_ALT_RAD).
+_RISEN_WITHIN_M = 1.0
+# Farther than this from where it stood it flies its route.
+_AWAY_M = 3.0
 
 
 class MissionMeasures:
@@ -30,6 +34,15 @@ class MissionMeasures:
         return self._traits.flies and not (
             observation.armed and is_airborne(observation, self._config.airborne_height_m)
         )
+
+    def has_risen(self, plan: MissionPlan, observation: Observation) -> bool:
+        """Whether its take-off is over, if the mission has one: it is at its height, or away."""
+        start, position = plan.takeoff_from_enu_m, observation.position_enu_m
+        if start is None or position is None:
+            return start is None
+        way_m = subtract(position, start)
+        near_m = min(_RISEN_WITHIN_M, 0.5 * plan.takeoff_height_m)
+        return way_m[2] >= plan.takeoff_height_m - near_m or horizontal_norm(way_m) > _AWAY_M
 
     def takeoff_height_m(self, ground_enu_m: float) -> float:
         """Return the height above the ground to take off to: the first waypoint's, in limits."""

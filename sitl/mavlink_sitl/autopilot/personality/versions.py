@@ -1,0 +1,89 @@
+"""The releases that a firmware can be simulated as: each as its differences from the recorded one.
+
+`ardupilot-4.7-dev` (May 2025) and `px4-1.17` are as recorded. Of another release only that is
+known which stands here; in all else it is simulated as the recorded one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from mavlink_sitl.autopilot.personality import Personality
+from mavlink_sitl.autopilot.personality.parameters import exists
+
+
+@dataclass(frozen=True)
+class Release:
+    """One release of a firmware.
+
+    Attributes:
+        autopilot: "ardupilot" or "px4".
+        number: as its banner has it; empty for the recorded one, which everything is taken from.
+        flight_sw_version: AUTOPILOT_VERSION.flight_sw_version.
+        git_hash: AUTOPILOT_VERSION.flight_custom_version, 8 digits; zeros where it is not known.
+        removed_commands: MAV_CMDs that the recorded one obeys and this one does not know.
+    """
+
+    autopilot: str
+    number: str = ""
+    flight_sw_version: int = 0
+    git_hash: str = "00000000"
+    removed_commands: frozenset[int] = frozenset()
+
+
+GET_HOME_POSITION, REQUEST_PROTOCOL_VERSION, REQUEST_AUTOPILOT_CAPABILITIES = 410, 519, 520
+REQUEST_STORAGE_INFORMATION, REQUEST_FLIGHT_INFORMATION = 525, 528
+
+RELEASES = {
+    "ardupilot-4.7-dev": Release("ardupilot"),
+    "ardupilot-4.6": Release("ardupilot", "4.6.2", 0x040602FF, "1ebd4d99"),
+    "ardupilot-4.7": Release("ardupilot", "4.7.3", 0x040703FF),
+    "px4-1.17": Release("px4"),
+    "px4-1.18": Release(
+        "px4",
+        "1.18.0",
+        0x011200FF,
+        removed_commands=frozenset(
+            {
+                GET_HOME_POSITION,
+                REQUEST_PROTOCOL_VERSION,
+                REQUEST_AUTOPILOT_CAPABILITIES,
+                REQUEST_STORAGE_INFORMATION,
+                REQUEST_FLIGHT_INFORMATION,
+            }
+        ),
+    ),
+}
+"""By their names; of each firmware the recorded one comes first"""
+
+
+def releases_of(autopilot: str) -> list[str]:
+    """The names of a firmware's releases; the recorded one, which is the default, comes first."""
+    return [name for name, release in RELEASES.items() if release.autopilot == autopilot]
+
+
+def as_release(recorded: Personality, vehicle: str, name: str) -> Personality:
+    """Return a recorded personality as another release has it.
+
+    Args:
+        recorded: it.
+        vehicle: "copter", "rover", "boat" or "plane": what a kind of vehicle has of its own.
+        name: of `RELEASES`.
+    """
+    release = RELEASES[name]
+    if not release.number:
+        return recorded
+    files = (name, f"{name}-{vehicle}")
+    return replace(
+        recorded,
+        flight_sw_version=release.flight_sw_version,
+        flight_custom_version=release.git_hash,
+        changes=tuple(file for file in files if exists(file)),
+        removed_commands=release.removed_commands,
+        banner=tuple(
+            text.replace("4.7.0-dev", release.number).replace(
+                recorded.flight_custom_version, release.git_hash
+            )
+            for text in recorded.banner
+        ),
+    )

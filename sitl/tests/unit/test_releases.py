@@ -1,0 +1,147 @@
+"""Each release that a firmware is simulated as differs from the recorded one as its data say."""
+
+from __future__ import annotations
+
+import pytest
+from pymavlink.dialects.v20 import all as mav
+
+from mavlink_sitl import ConfigurationError, Simulation, VehicleConfig
+from mavlink_sitl.autopilot.personality.versions import RELEASES, releases_of
+from mavlink_sitl.command_line.options import parse
+from mavlink_sitl.config import PERSONALITIES
+from sitl_support.ground_station import ACCEPTED, LAND, UNSUPPORTED, GroundStation
+from sitl_support.px4_station import Px4Station
+
+KINDS = sorted(
+    (vehicle, release)
+    for vehicle, autopilot in PERSONALITIES
+    for release in releases_of(autopilot)[1:]
+)
+
+
+def station(firmware: str, vehicle: str = "copter") -> GroundStation:
+    autopilot = RELEASES[firmware].autopilot
+    config = VehicleConfig(vehicle, autopilot, firmware=firmware, ready_after_s=0.5)
+    kind = Px4Station if autopilot == "px4" else GroundStation
+    made = kind(Simulation([config]))
+    made.run(1.0)
+    return made
+
+
+def read(ground: GroundStation, name: str) -> float | None:
+    """The answer to PARAM_REQUEST_READ; None for silence."""
+    begin_s = ground.now_s
+    ground.send(mav.MAVLink_param_request_read_message(1, 1, name.encode(), -1))
+    ground.run(0.1)
+    values = [m for m in ground.messages("PARAM_VALUE", begin_s) if m.param_id == name]
+    return values[-1].param_value if values else None
+
+
+@pytest.mark.parametrize(("vehicle", "firmware"), KINDS)
+def test_a_release_is_listed_whole_and_reports_its_number(vehicle: str, firmware: str) -> None:
+    ground = station(firmware, vehicle)
+    ground.command(mav.MAV_CMD_REQUEST_MESSAGE, 148)
+    ground.run(0.2)
+    assert (
+        ground.last("AUTOPILOT_VERSION").flight_sw_version == RELEASES[firmware].flight_sw_version
+    )
+    begin_s = ground.now_s
+    ground.send(mav.MAVLink_param_request_list_message(1, 1))
+    ground.run(3.0)
+    values = ground.messages("PARAM_VALUE", begin_s)
+    listed = [m.param_id for m in values if m.param_index != 65535]
+    assert len(listed) == len(set(listed)) == len(ground.vehicle.parameters)
+    changes = ground.vehicle.firmware.personality.changes
+    assert changes
+    table = ground.vehicle.parameters.table
+    assert not set(listed) & set(table.renamed)
+    assert all(other.name in listed for other in table.renamed.values())
+
+
+def test_a_copter_of_1_18_lists_what_the_real_one_does() -> None:
+    """As dumped: 43 of 1.17 are gone and 65 new; RCn_REV became integers."""
+    before = PERSONALITIES["copter", "px4"].parameter_table
+    table = station("px4-1.18").vehicle.parameters.table
+    assert len(table.listed) - len(before.listed) == 65 - 43
+    assert {"MAN_OVERRIDE_SPD", "COM_GNSSLOSS_ACT", "FD_ALT_LOSS"} <= set(table.listed)
+    assert not {"COM_RC_OVERRIDE", "COM_OBC_LOSS_T", "COM_TAKEOFF_ACT"} & set(table.specs)
+    assert table.specs["RC1_REV"].type == mav.MAV_PARAM_TYPE_INT32
+
+
+@pytest.mark.parametrize(
+    ("firmware", "old", "new", "value", "recorded"),
+    [
+        ("ardupilot-4.7", "RTL_ALT", "RTL_ALT_M", 15.0, 1500.0),
+        ("ardupilot-4.7", "WPNAV_SPEED", "WP_SPD", 10.0, 1000.0),
+        ("ardupilot-4.7", "PSC_JERK_XY", "PSC_NE_JERK", 5.0, 5.0),
+        ("ardupilot-4.6", "MAV_GCS_SYSID", "SYSID_MYGCS", 255.0, 255.0),
+        ("ardupilot-4.6", "SIM_GPS1_ENABLE", "SIM_GPS_DISABLE", 0.0, 1.0),
+    ],
+)
+def test_a_renamed_parameter_answers_to_its_new_name_only(
+    firmware: str, old: str, new: str, value: float, recorded: float
+) -> None:
+    ground = station(firmware)
+    assert read(ground, old) is None
+    assert read(ground, new) == value
+    assert ground.vehicle.parameters[old] == pytest.approx(recorded)
+    assert ground.vehicle.parameters.acts(old)
+
+
+def test_a_renamed_parameter_acts_in_its_new_unit() -> None:
+    ground = station("ardupilot-4.7").ready()
+    ground.send(mav.MAVLink_param_set_message(1, 1, b"LAND_SPD_MS", 0.9, 9))
+    ground.take_off(8.0)
+    ground.mode(LAND)
+    ground.run(5.0)
+    assert ground.simulation.truth.velocity_ned_m_s[0, 2] == pytest.approx(0.9, abs=0.1)
+
+
+def test_a_reversed_switch_of_4_6_takes_the_gps_away() -> None:
+    ground = station("ardupilot-4.6").ready()
+    ground.command(mav.MAV_CMD_SET_MESSAGE_INTERVAL, 24, 200_000)
+    ground.run(0.5)
+    assert ground.last("GPS_RAW_INT").fix_type > 3
+    ground.send(mav.MAVLink_param_set_message(1, 1, b"SIM_GPS_DISABLE", 1.0, 2))
+    ground.run_until(lambda: ground.last("GPS_RAW_INT").fix_type < 3, 10.0)
+
+
+@pytest.mark.parametrize("command", sorted(RELEASES["px4-1.18"].removed_commands))
+def test_the_commands_that_1_18_removed_are_unknown_to_it(command: int) -> None:
+    assert station("px4-1.18").command(command, 1.0) == UNSUPPORTED
+
+
+def test_1_17_obeys_what_1_18_removed() -> None:
+    assert station("px4-1.17").command(mav.MAV_CMD_GET_HOME_POSITION) == ACCEPTED
+
+
+@pytest.mark.parametrize("firmware", ["ardupilot-4.6", "ardupilot-4.7"])
+def test_the_banner_names_the_release(firmware: str) -> None:
+    ground = station(firmware)
+    ground.command(mav.MAV_CMD_DO_SEND_BANNER)
+    ground.run(0.2)
+    assert any(f"V{RELEASES[firmware].number} (" in text for text in ground.texts())
+
+
+def test_a_release_selects_its_autopilot_and_another_one_is_rejected(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    options, config = parse(["--firmware", "px4-1.18"])
+    assert (config.autopilot, config.firmware) == ("px4", "px4-1.18")
+    assert [link.port for link in options.link] == [14550, 14540]
+    with pytest.raises(SystemExit):
+        parse(["--firmware", "px4-1.18", "--autopilot", "ardupilot"])
+    assert capsys.readouterr().err == (
+        "mavlink_sitl: the firmware of ardupilot must be one of ardupilot-4.7-dev, "
+        "ardupilot-4.6, ardupilot-4.7, not px4-1.18\n"
+    )
+    with pytest.raises(ConfigurationError, match="the firmware of px4 must be one of"):
+        VehicleConfig(autopilot="px4", firmware="px4-1.16")
+
+
+def test_a_parameter_of_the_recorded_release_alone_is_unknown(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with pytest.raises(SystemExit):
+        parse(["--firmware", "ardupilot-4.7", "--param", "RTL_ALT=900"])
+    assert "similar are: RTL_ALT_M" in capsys.readouterr().err

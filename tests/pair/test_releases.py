@@ -1,0 +1,140 @@
+"""The bridge flies each release that the simulator has, and gives way to its pilot."""
+
+from __future__ import annotations
+
+import pytest
+
+from mavlink_sitl import VehicleConfig
+from mavlink_vehicle.codec import Codec, make
+from navigation_bridge.goals.goal import LogLevel
+from navigation_bridge.goals.requests import LandRequest, TakeoffRequest
+from navigation_bridge.vehicle.traits import traits_of
+from navigation_core.outcomes import OutcomeCode
+from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.messages.autopilot_messages import AutopilotMessages
+
+pytestmark = pytest.mark.wide_but_first
+
+RELEASES = ("px4-1.18", "ardupilot-4.7", "ardupilot-4.6")
+
+
+def flight_of(firmware: str, kind: str = "copter") -> SimulatedFlight:
+    autopilot = firmware.partition("-")[0]
+    return SimulatedFlight(
+        simulated=VehicleConfig(kind, autopilot, firmware=firmware, ready_after_s=1.0)
+    ).ready()
+
+
+def succeed(flight: SimulatedFlight, goal: str) -> None:
+    end = flight.run_to_end(goal)
+    assert end.code is OutcomeCode.SUCCESS, end.message
+
+
+def taken_by_pilot(flight: SimulatedFlight, goal: str) -> None:
+    """See a goal end by a mode that the pilot selects, and the vehicle left in it."""
+    flight.run_for(3.0)
+    px4 = flight.simulation.vehicles[0].config.autopilot == "px4"
+    mode = "AUTO.RTL" if px4 else "RTL"
+    flight.set_mode_as_pilot(mode)
+    end = flight.run_to_end(goal)
+    assert end.code is OutcomeCode.PILOT_OVERRIDE, end.message
+    assert flight.vehicle.mode_name == mode
+
+
+@pytest.mark.parametrize("firmware", RELEASES)
+def test_a_copter_takes_off_arrives_lands_and_gives_way_to_its_pilot(firmware: str) -> None:
+    flight = flight_of(firmware)
+    succeed(flight, flight.send(6.0, 4.0, 5.0))
+    succeed(flight, flight.start(LandRequest()))
+    taken_by_pilot(flight, flight.send(60.0, 0.0, 6.0))
+
+
+@pytest.mark.parametrize("kind", ["rover", "boat"])
+@pytest.mark.parametrize("firmware", RELEASES)
+def test_what_drives_arrives_and_gives_way_to_its_pilot(firmware: str, kind: str) -> None:
+    flight = flight_of(firmware, kind)
+    succeed(flight, flight.send(15.0, 5.0, 0.0))
+    taken_by_pilot(flight, flight.send(80.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("firmware", RELEASES)
+def test_a_plane_takes_off_arrives_and_gives_way_to_its_pilot(firmware: str) -> None:
+    flight = flight_of(firmware, "plane")
+    succeed(flight, flight.start(TakeoffRequest(50.0)))
+    succeed(flight, flight.send(200.0, 100.0, 60.0))
+    taken_by_pilot(flight, flight.send(-200.0, -100.0, 60.0))
+
+
+@pytest.mark.parametrize("firmware", ["ardupilot-4.7", "ardupilot-4.7-dev"])
+def test_the_limits_of_a_copter_are_read_by_the_names_that_its_release_has(firmware: str) -> None:
+    """Renamed and in other units since 4.7; without them its speeds and heights were unknown."""
+    flight = flight_of(firmware)
+    flight.run_for(2.0)
+    parameters = flight.vehicle.parameters
+    assert set(parameters.values) >= {"WPNAV_ACCEL", "WPNAV_ACCEL_Z", "PSC_JERK_XY", "PSC_JERK_Z"}
+    assert parameters.values["WPNAV_SPEED"] == pytest.approx(1000.0)
+    for _ in range(2):
+        assert parameters.read(("RTL_ALT",), flight.now) in ([None], [1500.0])
+        flight.run_for(1.1)
+    assert parameters.read(("RTL_ALT",), flight.now) == [pytest.approx(1500.0)]
+    newer = firmware == "ardupilot-4.7"
+    flight.simulation.vehicles[0].parameters.set(
+        *(("WP_ACC", 1.0) if newer else ("WPNAV_ACCEL", 100.0))
+    )
+    parameters.refresh(flight.now)
+    flight.run_for(0.5)
+    profile = flight.vehicle.profile
+    assert profile is not None
+    assert traits_of(profile, parameters.values).acceleration_m_s2 < 1.0
+
+
+@pytest.mark.parametrize(
+    ("firmware", "said"),
+    [
+        ("px4-1.18", "PX4 1.18.0: goals have been flown with this release in the simulator only"),
+        ("px4-1.17", "PX4 1.17.0: goals have been flown with this release"),
+        ("ardupilot-4.6", "ArduPilot 4.6.2: goals have been flown with this release in the sim"),
+        ("ardupilot-4.7-dev", "ArduPilot 4.7.0-dev: goals have been flown with this release"),
+    ],
+)
+def test_the_release_is_reported_once_when_it_is_known(firmware: str, said: str) -> None:
+    flight = flight_of(firmware)
+    flight.run_for(3.0)
+    lines = [line for line in flight.log_lines() if "goals have been flown" in line.text]
+    assert [line.level for line in lines] == [LogLevel.INFO]
+    assert lines[0].text.startswith(said)
+
+
+def test_a_release_that_was_never_flown_is_warned_of_and_flies() -> None:
+    flight = flight_of("px4-1.17")
+    version = AutopilotMessages()("AUTOPILOT_VERSION", flight_sw_version=0x011000FF)
+    flight.bridge.receive(version, flight.now)
+    flight.run_for(0.1)
+    (line,) = (line for line in flight.log_lines() if "no goals have been flown" in line.text)
+    assert line.level is LogLevel.WARN
+    assert "PX4 1.16.0" in line.text
+    succeed(flight, flight.send(3.0, 2.0, 4.0))
+
+
+def sticks(flight: SimulatedFlight, per_second: float, samples: int) -> None:
+    """Move the pitch stick from its middle, and then hold it there; a sample every 0.04 s."""
+    joystick = Codec(1, 255)
+    for sample in range(samples):
+        x = round(1000.0 * per_second * 0.04 * min(sample, 8))
+        message = make("MANUAL_CONTROL", target=1, x=x, z=500)
+        flight.simulation.link.write(joystick.encode(message))
+        flight.run_for(0.04)
+
+
+def test_a_nudge_of_a_stick_ends_a_goal_of_px4_1_18() -> None:
+    """As a change of the mode by the pilot, though nobody touches the switch."""
+    flight = flight_of("px4-1.18")
+    goal = flight.send(60.0, 0.0, 6.0, speed=4.0)
+    flight.run_to_status(goal, "NAVIGATING")
+    sticks(flight, 0.5, 25)
+    assert not flight.ends(goal), "a slow stick takes over nothing"
+    sticks(flight, 2.0, 75)
+    (end,) = flight.ends(goal)
+    assert end.code is OutcomeCode.PILOT_OVERRIDE, end.message
+    assert "POSCTL" in end.message
+    assert flight.now - flight.setpoint_times(0.0)[-1] > 1.0, "nothing more moves the vehicle"
