@@ -231,7 +231,7 @@ MUTANTS: tuple[Mutant, ...] = (
            "        if not self.is_stored or changed:\n",
            "        if self.is_stored or changed:\n"),
     Mutant("a mission cannot be paused", _MISSION,
-           "        if (self._pause_asked and self._has_risen) or observation.position_doubt:\n"
+           "        if self._pauses_now(observation) or observation.position_doubt:\n"
            "            return Phase.PAUSING",
            "        if observation.position_doubt:\n"
            "            return Phase.PAUSING"),

@@ -134,6 +134,20 @@ def test_a_take_off_that_the_pilot_ends_is_left_to_the_pilot(
     assert end.code is OutcomeCode.PILOT_OVERRIDE, end.message
 
 
+def test_a_pilot_who_has_it_hold_while_control_is_taken_is_a_pilot() -> None:
+    """AUTO.LOITER is neither the mode that was asked for nor the one of before."""
+    flight = piloted()
+    flight.fly_up()
+    flight.set_mode_as_pilot("POSCTL")
+    flight.run_for(1.0)
+    goal_id = flight.send(40.0, 0.0, 6.0)
+    flight.set_mode_as_pilot("AUTO.LOITER")
+    end = flight.run_to_end(goal_id)
+    assert end.code is OutcomeCode.PILOT_OVERRIDE, end.message
+    assert flight.true_mode == "AUTO.LOITER"
+    assert not flight.asked(flight.now - 2.0)
+
+
 @pytest.mark.parametrize("request_", [TakeoffRequest(8.0), ROUTE], ids=["Takeoff", "mission"])
 def test_sticks_that_are_lost_in_a_take_off_are_a_failsafe(request_: Request) -> None:
     flight = piloted()

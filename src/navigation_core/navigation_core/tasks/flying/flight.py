@@ -140,11 +140,11 @@ class SetpointFlight(PhasedTask):
         self._go(Phase.PREPARING, now)
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
-        """Some autopilots take off in a mode of their own, and hold only after that."""
+        """Some autopilots take off in a mode of their own, and leave it when they are disarmed."""
         if self._traits.control_before_takeoff or self._phase in FLYING:
             return False
-        holds = mode is VehicleMode.HOLD and self._phase is not Phase.TAKING_OFF
-        return holds or mode is VehicleMode.TAKE_OFF
+        left = mode is VehicleMode.HOLD and self._phase is Phase.DISARMING
+        return left or mode is VehicleMode.TAKE_OFF
 
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress of all sections."""

@@ -232,10 +232,7 @@ class FlyMission(PhasedTask):
                 text += " It circles the last one."
             code = OutcomeCode.WAYPOINT_MISSED if self._mission.missed else OutcomeCode.SUCCESS
             return Outcome(code, text, self._measures.error_m(observation))
-        # As in other flights, a pause waits for the end of the take-off: nearer to the ground a
-        # copter that holds may touch it again, and the autopilot disarms it.
-        self._has_risen = self._has_risen or self._measures.has_risen(self._plan, observation)
-        if (self._pause_asked and self._has_risen) or observation.position_doubt:
+        if self._pauses_now(observation) or observation.position_doubt:
             return Phase.PAUSING
         if observation.mode is not VehicleMode.MISSION:
             return self._out_of_mode(observation, now)
@@ -246,7 +243,19 @@ class FlyMission(PhasedTask):
             if answer is not None:
                 return answer
             self._speed_is_lost = False
+        if self._pause_asked:
+            self._motion.restart(now)
+            return Wait()
         return self._look_for_motion(observation, now)
+
+    def _pauses_now(self, observation: Observation) -> bool:
+        """Whether a pause begins: by the service, after the take-off; by a station, at once.
+
+        Nearer to the ground a copter that holds may touch it again, and its autopilot disarms it.
+        """
+        self._has_risen = self._has_risen or self._measures.has_risen(self._plan, observation)
+        is_held = observation.mode is not VehicleMode.MISSION
+        return self._pause_asked and (self._has_risen or is_held)
 
     def _out_of_mode(self, observation: Observation, now: float) -> Answer:
         """The vehicle holds by itself: at the end, or because somebody is at it."""
