@@ -7,7 +7,12 @@ import pytest
 from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Codec, make
 from navigation_bridge.goals.goal import LogLevel
-from navigation_bridge.goals.requests import LandRequest, TakeoffRequest
+from navigation_bridge.goals.requests import (
+    LandRequest,
+    TakeoffRequest,
+    WaypointRequest,
+    WaypointsRequest,
+)
 from navigation_bridge.vehicle.traits import traits_of
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
@@ -63,6 +68,17 @@ def test_a_plane_takes_off_arrives_and_gives_way_to_its_pilot(firmware: str) -> 
     succeed(flight, flight.start(TakeoffRequest(50.0)))
     succeed(flight, flight.send(200.0, 100.0, 60.0))
     taken_by_pilot(flight, flight.send(-200.0, -100.0, 60.0))
+
+
+@pytest.mark.parametrize("firmware", RELEASES)
+def test_a_mission_of_all_that_a_route_may_have_is_taken_and_flown(firmware: str) -> None:
+    """PX4 1.18 rejects items with a number that it does not use."""
+    flight = flight_of(firmware)
+    waypoints = (
+        WaypointRequest((10.0, 0.0, 4.0), None, 1.5, hold_time_s=1.0, yaw_enu_rad=0.0),
+        WaypointRequest((0.0, 5.0, 4.0), None, 1.5, max_speed_m_s=2.0),
+    )
+    succeed(flight, flight.start(WaypointsRequest(waypoints, by_mission=True, laps=2)))
 
 
 @pytest.mark.parametrize("firmware", ["ardupilot-4.7", "ardupilot-4.7-dev"])

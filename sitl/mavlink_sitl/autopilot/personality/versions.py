@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.personality.parameters import exists
+from mavlink_sitl.autopilot.personality.used_params import UsedParams, used_params
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,8 @@ class Release:
 
 GET_HOME_POSITION, REQUEST_PROTOCOL_VERSION, REQUEST_AUTOPILOT_CAPABILITIES = 410, 519, 520
 REQUEST_STORAGE_INFORMATION, REQUEST_FLIGHT_INFORMATION = 525, 528
+
+TAKEOFF = 22
 
 RELEASES = {
     "ardupilot-4.7-dev": Release("ardupilot"),
@@ -74,12 +77,20 @@ def as_release(recorded: Personality, vehicle: str, name: str) -> Personality:
     if not release.number:
         return recorded
     files = (name, f"{name}-{vehicle}")
+    used = dict(used_params(name))
+    if vehicle == "plane" and TAKEOFF in used:
+        pitch = frozenset({1})  # the least pitch of its climb
+        takeoff = used[TAKEOFF]
+        used[TAKEOFF] = UsedParams(takeoff.of_item | pitch, takeoff.of_command | pitch)
+    rules = recorded.plan_rules
     return replace(
         recorded,
         flight_sw_version=release.flight_sw_version,
         flight_custom_version=release.git_hash,
         changes=tuple(file for file in files if exists(file)),
         removed_commands=release.removed_commands,
+        used_params=used,
+        plan_rules=replace(rules, used_params={c: each.of_item for c, each in used.items()}),
         banner=tuple(
             text.replace("4.7.0-dev", release.number).replace(
                 recorded.flight_custom_version, release.git_hash
