@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from flight_rehearsal.flight_parameters import VEHICLE_PARAMETERS
 from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Codec, make
 from navigation_bridge.goals.goal import LogLevel
@@ -89,10 +90,14 @@ def test_the_limits_of_a_copter_are_read_by_the_names_that_its_release_has(firmw
     parameters = flight.vehicle.parameters
     assert set(parameters.values) >= {"WPNAV_ACCEL", "WPNAV_ACCEL_Z", "PSC_JERK_XY", "PSC_JERK_Z"}
     assert parameters.values["WPNAV_SPEED"] == pytest.approx(1000.0)
+    asked = VEHICLE_PARAMETERS["ArduCopter"]
     for _ in range(2):
-        assert parameters.read(("RTL_ALT",), flight.now) in ([None], [1500.0])
+        parameters.read(asked, flight.now)
         flight.run_for(1.1)
-    assert parameters.read(("RTL_ALT",), flight.now) == [pytest.approx(1500.0)]
+    known = dict(zip(asked, parameters.read(asked, flight.now), strict=True))
+    assert None not in known.values(), "a rehearsal needs all of them"
+    assert known["RTL_ALT"] == pytest.approx(1500.0)
+    assert known["LAND_SPEED"] == pytest.approx(50.0)
     newer = firmware == "ardupilot-4.7"
     flight.simulation.vehicles[0].parameters.set(
         *(("WP_ACC", 1.0) if newer else ("WPNAV_ACCEL", 100.0))
