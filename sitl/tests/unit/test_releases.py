@@ -207,3 +207,28 @@ def test_1_18_denies_a_command_with_a_number_that_it_does_not_use(
     ground.run(3.0)
     assert isinstance(ground, Px4Station)
     assert ground.command_results(command, *params)[-1] == result
+
+
+@pytest.mark.parametrize(
+    ("firmware", "reports"),
+    [("px4-1.18", True), ("px4-1.17", False), ("ardupilot-4.7", True), ("ardupilot-4.6", False)],
+)
+def test_an_unknown_parameter_is_reported_by_the_releases_of_2026(
+    firmware: str, reports: bool
+) -> None:
+    ground = station(firmware)
+    begin_s = ground.now_s
+    ground.send(mav.MAVLink_param_request_read_message(1, 1, b"NO_SUCH_NAME", -1))
+    ground.send(mav.MAVLink_param_set_message(1, 1, b"NO_SUCH_NAME", 1.0, 9))
+    ground.run(0.1)
+    errors = [(m.param_id, m.error) for m in ground.messages("PARAM_ERROR", begin_s)]
+    assert errors == [("NO_SUCH_NAME", mav.MAV_PARAM_ERROR_DOES_NOT_EXIST)] * 2 * reports
+
+
+def test_what_cannot_be_set_is_reported() -> None:
+    ground = station("ardupilot-4.7")
+    ground.send(mav.MAVLink_param_set_message(1, 1, b"RTL_ALT_M", math.nan, 9))
+    assert ground.last("PARAM_ERROR").error == mav.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE
+    px4 = station("px4-1.18")
+    px4.send(mav.MAVLink_param_set_message(1, 1, b"NAV_RCL_ACT", 1.0, 9))
+    assert px4.last("PARAM_ERROR").error == 7, "MAV_PARAM_ERROR_TYPE_MISMATCH"

@@ -126,6 +126,7 @@ class Personality:
         changes: lists of what a release has otherwise than the recorded one (`versions`).
         used_params: by MAV_CMD; others that are set are rejected. A MAV_CMD that is not there may
             have any.
+        reports_parameter_errors: PARAM_ERROR answers where the recorded releases are silent.
         removed_commands: MAV_CMDs that the recorded release obeys and this one does not know.
     """
 
@@ -164,6 +165,7 @@ class Personality:
     changes: tuple[str, ...] = ()
     used_params: Mapping[int, UsedParams] = field(default_factory=dict)
     removed_commands: frozenset[int] = frozenset()
+    reports_parameter_errors: bool = False
 
     @cached_property
     def parameter_table(self) -> ParameterTable:

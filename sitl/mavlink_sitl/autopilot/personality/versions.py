@@ -23,6 +23,7 @@ class Release:
         flight_sw_version: AUTOPILOT_VERSION.flight_sw_version.
         git_hash: AUTOPILOT_VERSION.flight_custom_version, 8 digits; zeros where it is not known.
         removed_commands: MAV_CMDs that the recorded one obeys and this one does not know.
+        reports_parameter_errors: PARAM_ERROR tells why a parameter is not read or set.
     """
 
     autopilot: str
@@ -30,6 +31,7 @@ class Release:
     flight_sw_version: int = 0
     git_hash: str = "00000000"
     removed_commands: frozenset[int] = frozenset()
+    reports_parameter_errors: bool = False
 
 
 GET_HOME_POSITION, REQUEST_PROTOCOL_VERSION, REQUEST_AUTOPILOT_CAPABILITIES = 410, 519, 520
@@ -40,12 +42,13 @@ TAKEOFF = 22
 RELEASES = {
     "ardupilot-4.7-dev": Release("ardupilot"),
     "ardupilot-4.6": Release("ardupilot", "4.6.2", 0x040602FF, "1ebd4d99"),
-    "ardupilot-4.7": Release("ardupilot", "4.7.3", 0x040703FF),
+    "ardupilot-4.7": Release("ardupilot", "4.7.3", 0x040703FF, reports_parameter_errors=True),
     "px4-1.17": Release("px4"),
     "px4-1.18": Release(
         "px4",
         "1.18.0",
         0x011200FF,
+        reports_parameter_errors=True,
         removed_commands=frozenset(
             {
                 GET_HOME_POSITION,
@@ -89,6 +92,7 @@ def as_release(recorded: Personality, vehicle: str, name: str) -> Personality:
         flight_custom_version=release.git_hash,
         changes=tuple(file for file in files if exists(file)),
         removed_commands=release.removed_commands,
+        reports_parameter_errors=release.reports_parameter_errors,
         used_params=used,
         plan_rules=replace(rules, used_params={c: each.of_item for c, each in used.items()}),
         banner=tuple(
