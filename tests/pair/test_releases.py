@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import pytest
 
+from flight_rehearsal.flight_parameters import VEHICLE_PARAMETERS
 from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Codec, make
 from navigation_bridge.goals.goal import LogLevel
-from navigation_bridge.goals.requests import LandRequest, TakeoffRequest
+from navigation_bridge.goals.requests import (
+    LandRequest,
+    TakeoffRequest,
+    WaypointRequest,
+    WaypointsRequest,
+)
 from navigation_bridge.vehicle.traits import traits_of
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
@@ -65,6 +71,17 @@ def test_a_plane_takes_off_arrives_and_gives_way_to_its_pilot(firmware: str) -> 
     taken_by_pilot(flight, flight.send(-200.0, -100.0, 60.0))
 
 
+@pytest.mark.parametrize("firmware", RELEASES)
+def test_a_mission_of_all_that_a_route_may_have_is_taken_and_flown(firmware: str) -> None:
+    """PX4 1.18 rejects items with a number that it does not use."""
+    flight = flight_of(firmware)
+    waypoints = (
+        WaypointRequest((10.0, 0.0, 4.0), None, 1.5, hold_time_s=1.0, yaw_enu_rad=0.0),
+        WaypointRequest((0.0, 5.0, 4.0), None, 1.5, max_speed_m_s=2.0),
+    )
+    succeed(flight, flight.start(WaypointsRequest(waypoints, by_mission=True, laps=2)))
+
+
 @pytest.mark.parametrize("firmware", ["ardupilot-4.7", "ardupilot-4.7-dev"])
 def test_the_limits_of_a_copter_are_read_by_the_names_that_its_release_has(firmware: str) -> None:
     """Renamed and in other units since 4.7; without them its speeds and heights were unknown."""
@@ -73,10 +90,14 @@ def test_the_limits_of_a_copter_are_read_by_the_names_that_its_release_has(firmw
     parameters = flight.vehicle.parameters
     assert set(parameters.values) >= {"WPNAV_ACCEL", "WPNAV_ACCEL_Z", "PSC_JERK_XY", "PSC_JERK_Z"}
     assert parameters.values["WPNAV_SPEED"] == pytest.approx(1000.0)
+    asked = VEHICLE_PARAMETERS["ArduCopter"]
     for _ in range(2):
-        assert parameters.read(("RTL_ALT",), flight.now) in ([None], [1500.0])
+        parameters.read(asked, flight.now)
         flight.run_for(1.1)
-    assert parameters.read(("RTL_ALT",), flight.now) == [pytest.approx(1500.0)]
+    known = dict(zip(asked, parameters.read(asked, flight.now), strict=True))
+    assert None not in known.values(), "a rehearsal needs all of them"
+    assert known["RTL_ALT"] == pytest.approx(1500.0)
+    assert known["LAND_SPEED"] == pytest.approx(50.0)
     newer = firmware == "ardupilot-4.7"
     flight.simulation.vehicles[0].parameters.set(
         *(("WP_ACC", 1.0) if newer else ("WPNAV_ACCEL", 100.0))

@@ -449,11 +449,28 @@ class MavlinkServer:
         answer = self._parameters.read(_name(message.param_id), message.param_index)
         if answer is not None:
             self.send(answer)
+        elif message.param_index < 0:
+            self._reject_parameter(message, dialect.MAV_PARAM_ERROR_DOES_NOT_EXIST)
 
     def _on_param_set(self, message: Message) -> None:
         answer = self._parameters.set(_name(message.param_id), float(message.param_value))
-        if answer is not None:
+        if answer is None:
+            self._reject_parameter(message, dialect.MAV_PARAM_ERROR_DOES_NOT_EXIST)
+        elif not self._report_bad_value(message):
             self.send(answer)
+
+    def _report_bad_value(self, message: Message) -> bool:
+        bad = not math.isfinite(message.param_value)
+        return bad and self._reject_parameter(message, dialect.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE)
+
+    def _reject_parameter(self, message: Message, error: int) -> bool:
+        """PARAM_ERROR to the asker; whether this release sends one."""
+        sends = self.vehicle.personality.reports_parameter_errors
+        if sends:
+            name = _name(message.param_id).encode("ascii", "replace")
+            asker = (message.get_srcSystem(), message.get_srcComponent())
+            self.send(dialect.MAVLink_param_error_message(*asker, name, -1, error))
+        return sends
 
 
 def _name(param_id: str | bytes) -> str:

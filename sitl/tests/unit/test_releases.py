@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import copy
+import math
+from typing import Any
+
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
@@ -9,8 +13,11 @@ from mavlink_sitl import ConfigurationError, Simulation, VehicleConfig
 from mavlink_sitl.autopilot.personality.versions import RELEASES, releases_of
 from mavlink_sitl.command_line.options import parse
 from mavlink_sitl.config import PERSONALITIES
-from sitl_support.ground_station import ACCEPTED, LAND, UNSUPPORTED, GroundStation
+from sitl_support.ground_station import ACCEPTED, DENIED, LAND, UNSUPPORTED, GroundStation
+from sitl_support.missions import upload
 from sitl_support.px4_station import Px4Station
+
+Item = Any
 
 KINDS = sorted(
     (vehicle, release)
@@ -145,3 +152,83 @@ def test_a_parameter_of_the_recorded_release_alone_is_unknown(
     with pytest.raises(SystemExit):
         parse(["--firmware", "ardupilot-4.7", "--param", "RTL_ALT=900"])
     assert "similar are: RTL_ALT_M" in capsys.readouterr().err
+
+
+def item(command: int, frame: int, *numbers: float, x: int = 0, y: int = 0, z: float = 0.0) -> Item:
+    """A MISSION_ITEM_INT with these param1 and following."""
+    params = (*numbers, *[0.0] * (4 - len(numbers)))
+    return mav.MAVLink_mission_item_int_message(1, 1, 0, frame, command, 0, 1, *params, x, y, z, 0)
+
+
+HERE: dict[str, Any] = {"x": 473977430, "y": 85455940, "z": 20.0}
+NOWHERE: dict[str, Any] = {"x": 2**31 - 1, "y": 2**31 - 1}
+
+
+@pytest.mark.parametrize(
+    ("sent", "result"),
+    [
+        (item(16, 6, 1.0, 2.0, math.nan, 90.0, **HERE), 0),
+        (item(16, 6, 1.0, 2.0, 5.0, 90.0, **HERE), 8),
+        (item(20, 2), 0),
+        (item(20, 2, **NOWHERE), 0),
+        (item(20, 2, 1.0), 6),
+        (item(20, 2, x=5), 10),
+        (item(178, 2, 1.0, 5.0, -1.0), 0),
+        (item(178, 2, 1.0, 5.0, -1.0, 1.0), 9),
+        (item(22, 6, 15.0, 0.0, 0.0, math.nan, **HERE), 6),
+        (item(177, 2, 0.0, 1.0, z=3.0), 12),
+    ],
+)
+def test_1_18_rejects_an_item_with_a_number_that_it_does_not_use(sent: Item, result: int) -> None:
+    for firmware, expected in (("px4-1.18", result), ("px4-1.17", 0)):
+        ground = station(firmware)
+        assert upload(ground, [copy.copy(sent)]) == expected
+
+
+def test_a_plane_of_1_18_uses_the_pitch_of_a_take_off() -> None:
+    sent = item(22, 6, 15.0, 0.0, 0.0, math.nan, **HERE)
+    assert upload(station("px4-1.18", "plane"), [sent]) == 0
+
+
+@pytest.mark.parametrize(
+    ("command", "params", "result"),
+    [
+        (mav.MAV_CMD_NAV_RETURN_TO_LAUNCH, (), ACCEPTED),
+        (mav.MAV_CMD_NAV_RETURN_TO_LAUNCH, (1.0,), DENIED),
+        (mav.MAV_CMD_DO_SET_MODE, (1.0, 4.0, 3.0, 0.0, 7.0), DENIED),
+        (mav.MAV_CMD_COMPONENT_ARM_DISARM, (1.0, 0.0, 0.0, math.nan), ACCEPTED),
+        (mav.MAV_CMD_COMPONENT_ARM_DISARM, (1.0, 0.0, 4.0), DENIED),
+    ],
+)
+def test_1_18_denies_a_command_with_a_number_that_it_does_not_use(
+    command: int, params: tuple[float, ...], result: int
+) -> None:
+    ground = station("px4-1.18")
+    ground.run(3.0)
+    assert isinstance(ground, Px4Station)
+    assert ground.command_results(command, *params)[-1] == result
+
+
+@pytest.mark.parametrize(
+    ("firmware", "reports"),
+    [("px4-1.18", True), ("px4-1.17", False), ("ardupilot-4.7", True), ("ardupilot-4.6", False)],
+)
+def test_an_unknown_parameter_is_reported_by_the_releases_of_2026(
+    firmware: str, reports: bool
+) -> None:
+    ground = station(firmware)
+    begin_s = ground.now_s
+    ground.send(mav.MAVLink_param_request_read_message(1, 1, b"NO_SUCH_NAME", -1))
+    ground.send(mav.MAVLink_param_set_message(1, 1, b"NO_SUCH_NAME", 1.0, 9))
+    ground.run(0.1)
+    errors = [(m.param_id, m.error) for m in ground.messages("PARAM_ERROR", begin_s)]
+    assert errors == [("NO_SUCH_NAME", mav.MAV_PARAM_ERROR_DOES_NOT_EXIST)] * 2 * reports
+
+
+def test_what_cannot_be_set_is_reported() -> None:
+    ground = station("ardupilot-4.7")
+    ground.send(mav.MAVLink_param_set_message(1, 1, b"RTL_ALT_M", math.nan, 9))
+    assert ground.last("PARAM_ERROR").error == mav.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE
+    px4 = station("px4-1.18")
+    px4.send(mav.MAVLink_param_set_message(1, 1, b"NAV_RCL_ACT", 1.0, 9))
+    assert px4.last("PARAM_ERROR").error == 7, "MAV_PARAM_ERROR_TYPE_MISMATCH"

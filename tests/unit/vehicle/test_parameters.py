@@ -25,6 +25,10 @@ def value(name: str, number: float, kind: int = REAL32) -> Any:
     return say("PARAM_VALUE", param_id=name, param_value=number, param_type=kind)
 
 
+def unknown(name: str) -> Any:
+    return say("PARAM_ERROR", param_id=name, error=mavlink.MAV_PARAM_ERROR_DOES_NOT_EXIST)
+
+
 def reader(*names: str, bytewise: bool = False) -> ParameterReader:
     made = ParameterReader()
     made.start(0.0)
@@ -85,6 +89,22 @@ def test_a_renamed_parameter_is_known_by_its_former_name_and_unit(has: str, numb
     made.forget()
     made.refresh(32.0)
     assert asked(made) == ["RTL_ALT"], "it restarted, perhaps with another one"
+
+
+def test_a_parameter_error_has_the_newer_name_asked_for_at_once() -> None:
+    made = ParameterReader()
+    made.start(0.0)
+    made.resume(ADDRESS, ("RTL_ALT", "FENCE_TYPE"), False, 0.0, RENAMED)
+    made.messages_to_send()
+    for name in ("FENCE_TYPE", "RTL_ALT", "RTL_ALT_M"):
+        made.receive(unknown(name), 0.1)
+    assert asked(made) == ["RTL_ALT_M"]
+    made.receive(value("RTL_ALT_M", 15.0), 0.2)
+    assert dict(made.values) == {"RTL_ALT": 1500.0}
+    made.receive(
+        say("PARAM_ERROR", param_id="RTL_ALT", error=mavlink.MAV_PARAM_ERROR_READ_ONLY), 0.3
+    )
+    assert asked(made) == []
 
 
 def test_a_renamed_parameter_is_read_for_others_too() -> None:

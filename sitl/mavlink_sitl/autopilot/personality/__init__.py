@@ -8,6 +8,7 @@ from functools import cached_property
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterTable, ParameterType
 from mavlink_sitl.autopilot.personality.parameters import changes_in, whole_list
+from mavlink_sitl.autopilot.personality.used_params import UsedParams
 from mavlink_sitl.autopilot.plans.plan_rules import ARDUPILOT_PLANS, PlanRules
 from mavlink_sitl.geodesy import ARDUPILOT, Projection
 
@@ -123,6 +124,9 @@ class Personality:
         banner: its texts on request (DO_SEND_BANNER).
         says_impacts: whether it says how hard it has hit the ground.
         changes: lists of what a release has otherwise than the recorded one (`versions`).
+        used_params: by MAV_CMD; others that are set are rejected. A MAV_CMD that is not there may
+            have any.
+        reports_parameter_errors: PARAM_ERROR answers where the recorded releases are silent.
         removed_commands: MAV_CMDs that the recorded release obeys and this one does not know.
     """
 
@@ -159,7 +163,9 @@ class Personality:
     banner: tuple[str, ...] = ()
     says_impacts: bool = True
     changes: tuple[str, ...] = ()
+    used_params: Mapping[int, UsedParams] = field(default_factory=dict)
     removed_commands: frozenset[int] = frozenset()
+    reports_parameter_errors: bool = False
 
     @cached_property
     def parameter_table(self) -> ParameterTable:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.personality.parameters import exists
+from mavlink_sitl.autopilot.personality.used_params import UsedParams, used_params
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,7 @@ class Release:
         flight_sw_version: AUTOPILOT_VERSION.flight_sw_version.
         git_hash: AUTOPILOT_VERSION.flight_custom_version, 8 digits; zeros where it is not known.
         removed_commands: MAV_CMDs that the recorded one obeys and this one does not know.
+        reports_parameter_errors: PARAM_ERROR tells why a parameter is not read or set.
     """
 
     autopilot: str
@@ -29,20 +31,24 @@ class Release:
     flight_sw_version: int = 0
     git_hash: str = "00000000"
     removed_commands: frozenset[int] = frozenset()
+    reports_parameter_errors: bool = False
 
 
 GET_HOME_POSITION, REQUEST_PROTOCOL_VERSION, REQUEST_AUTOPILOT_CAPABILITIES = 410, 519, 520
 REQUEST_STORAGE_INFORMATION, REQUEST_FLIGHT_INFORMATION = 525, 528
 
+TAKEOFF = 22
+
 RELEASES = {
     "ardupilot-4.7-dev": Release("ardupilot"),
     "ardupilot-4.6": Release("ardupilot", "4.6.2", 0x040602FF, "1ebd4d99"),
-    "ardupilot-4.7": Release("ardupilot", "4.7.3", 0x040703FF),
+    "ardupilot-4.7": Release("ardupilot", "4.7.3", 0x040703FF, reports_parameter_errors=True),
     "px4-1.17": Release("px4"),
     "px4-1.18": Release(
         "px4",
         "1.18.0",
         0x011200FF,
+        reports_parameter_errors=True,
         removed_commands=frozenset(
             {
                 GET_HOME_POSITION,
@@ -74,12 +80,21 @@ def as_release(recorded: Personality, vehicle: str, name: str) -> Personality:
     if not release.number:
         return recorded
     files = (name, f"{name}-{vehicle}")
+    used = dict(used_params(name))
+    if vehicle == "plane" and TAKEOFF in used:
+        pitch = frozenset({1})  # the least pitch of its climb
+        takeoff = used[TAKEOFF]
+        used[TAKEOFF] = UsedParams(takeoff.of_item | pitch, takeoff.of_command | pitch)
+    rules = recorded.plan_rules
     return replace(
         recorded,
         flight_sw_version=release.flight_sw_version,
         flight_custom_version=release.git_hash,
         changes=tuple(file for file in files if exists(file)),
         removed_commands=release.removed_commands,
+        reports_parameter_errors=release.reports_parameter_errors,
+        used_params=used,
+        plan_rules=replace(rules, used_params={c: each.of_item for c, each in used.items()}),
         banner=tuple(
             text.replace("4.7.0-dev", release.number).replace(
                 recorded.flight_custom_version, release.git_hash

@@ -6,6 +6,7 @@ From the recordings: `copter_auto_cleared`, `rover_auto`, `px4/mission_clear` an
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from mavlink_sitl.autopilot.plans.plan_commands import FENCE, NAMES, WITH_HEADING
@@ -46,6 +47,8 @@ class PlanRules:
             numbers are in them; it then counts instead of `commands` and `frames`.
         stored_frames: frames that become others.
         keeps_nan: whether NaN in param4 is given back.
+        used_params: the numbers, 1 to 7, of those that a command uses; others that are set are a
+            fault of the item. A command that is not there may have any.
     """
 
     home_first: bool = True
@@ -74,6 +77,7 @@ class PlanRules:
     by_frame: dict[int, frozenset[int]] | None = None
     stored_frames: dict[int, int] = field(default_factory=lambda: {5: 0, 6: 3, 11: 10})
     keeps_nan: bool = False
+    used_params: Mapping[int, frozenset[int]] = field(default_factory=dict)
 
 
 ARDUPILOT_PLANS = PlanRules()

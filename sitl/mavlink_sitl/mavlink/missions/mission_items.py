@@ -23,6 +23,8 @@ _FRAME_MISSION = 2
 LEAST_CORNERS = 3
 HIGHEST_M = 1e6
 BYTE = 255
+NOT_GIVEN = 2**31 - 1
+"""x and y of a MISSION_ITEM_INT without a place"""
 
 
 def degrees_to_int(value: float) -> int:
@@ -44,7 +46,7 @@ def from_message(message: Message) -> PlanItem:
 def fault(item: PlanItem, plan_type: PlanType, rules: PlanRules) -> int:
     """The MAV_MISSION_RESULT of an item; OK when nothing is wrong with it."""
     if rules.by_frame is not None:
-        return _fault_by_frame(item, plan_type, rules.by_frame)
+        return _fault_by_frame(item, plan_type, rules.by_frame) or _fault_of_unused(item, rules)
     if item.command not in rules.commands[plan_type]:
         return UNSUPPORTED
     placeless = plan_type is not PlanType.MISSION and item.frame == _FRAME_MISSION
@@ -87,6 +89,21 @@ def _fault_by_frame(
     corner = item.command in POLYGONS
     few = not math.isfinite(item.params[0]) or item.params[0] < LEAST_CORNERS - 0.5
     return ERROR if plan_type is PlanType.FENCE and corner and few else OK
+
+
+def _fault_of_unused(item: PlanItem, rules: PlanRules) -> int:
+    """A param that is set though the command does not use it.
+
+    NaN and 0 are not set, of x and y in a global frame the largest integer alone.
+    """
+    used = rules.used_params.get(item.command)
+    if used is None:
+        return OK
+    nothing = (NOT_GIVEN,) if item.frame != _FRAME_MISSION else (NOT_GIVEN, 0)
+    given = [math.isfinite(value) and value != 0.0 for value in (*item.params, item.z)]
+    given[4:4] = [item.x not in nothing, item.y not in nothing]
+    faults = (i for i, is_set in enumerate(given) if is_set and i + 1 not in used)
+    return next((INVALID_PARAM1 + i for i in faults), OK)
 
 
 def stored(item: PlanItem, rules: PlanRules) -> PlanItem:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 Handler: TypeAlias = "Callable[[Px4Server, ReceivedCommand], Result | None]"
 HEARTBEAT, ORBIT_STATUS, AVAILABLE_MODES, CURRENT_MODE = 0, 360, 435, 436
 _CHANGE_MODE = 1
+NO_PLACE = 2**31 - 1
 NAN_AS_INTEGER = 0x7FF80000
 """NaN as some senders write it into the integers x and y of a COMMAND_INT"""
 
@@ -265,9 +266,20 @@ def handle(server: Px4Server, command: ReceivedCommand) -> Result | None:
     if entry is None or command.id in personality.removed_commands:
         return Result.UNSUPPORTED
     handler, used = entry
+    known = personality.used_params.get(command.id)
+    if known is not None and not set_params(command) <= known.of_command:
+        return Result.DENIED
     if not all(usable(value) for value in command.params[:used]):
         return Result.DENIED
     return handler(server, command)
+
+
+def set_params(command: ReceivedCommand) -> frozenset[int]:
+    """The numbers, 1 to 7, of the params that are given: neither NaN nor 0."""
+    unplaced = not command.is_long and command.x == command.y == NO_PLACE
+    place = (0.0, 0.0) if unplaced else (command.x, command.y)
+    values = (*command.params, *place, command.z)
+    return frozenset(i for i, v in enumerate(values, 1) if not math.isnan(v) and v != 0.0)
 
 
 def _or_none(value: float) -> float | None:

@@ -46,12 +46,14 @@ from mavlink_sitl.mavlink.px4 import (
 from mavlink_sitl.mavlink.px4.camera import IMAGE_CAPTURED, CameraComponent
 from mavlink_sitl.mavlink.px4.component import Component
 from mavlink_sitl.mavlink.px4.gimbal import GimbalComponent
-from mavlink_sitl.mavlink.px4.parameters import Px4ParameterServer
+from mavlink_sitl.mavlink.px4.parameters import HASH_CHECK, Px4ParameterServer
 from mavlink_sitl.mavlink.received_command import from_message
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, PoweredUp, _name
 from mavlink_sitl.mavlink.setpoints import usable
 from mavlink_sitl.mavlink.traffic import ADSB_VEHICLE, TrafficQueue
 
+PARAM_ERROR_TYPE_MISMATCH = 7
+"""MAV_PARAM_ERROR; the dialect lacks it"""
 GCS_TIMEOUT_US = 2_500_000
 """A ground station that has been silent for longer gets no texts"""
 REACHED_REPEATS = 10
@@ -435,8 +437,12 @@ class Px4Server(MavlinkServer):
             self.vehicle.say(Severity.CRITICAL, str(error))
 
     def _on_param_set(self, message: Message) -> None:
-        answer = self._parameters.set_typed(
-            _name(message.param_id), message.param_value, message.param_type
-        )
+        name = _name(message.param_id)
+        answer = self._parameters.set_typed(name, message.param_value, message.param_type)
         if answer is not None:
             self.send(answer)
+        elif name not in self.vehicle.parameters:
+            if name != HASH_CHECK:
+                self._reject_parameter(message, dialect.MAV_PARAM_ERROR_DOES_NOT_EXIST)
+        else:
+            self._reject_parameter(message, PARAM_ERROR_TYPE_MISMATCH)

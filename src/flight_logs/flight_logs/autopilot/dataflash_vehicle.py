@@ -29,9 +29,10 @@ _BUILDS = {"copter": 2, "plane": 3, "rover": 1, "rover2": 1, "sub": 7, "antennat
            "blimp": 12}  # fmt: skip
 _KINDS = {"dev": 0, "alpha": 64, "beta": 128, "rc": 192, None: 255}
 """FIRMWARE_VERSION_TYPE; a number of an alpha, a beta or a candidate is added"""
-_BUILD_PARAMETERS = {"JS_GAIN_DEFAULT": 7, "WPNAV_SPEED": 2, "ARSPD_FBW_MIN": 3,
+_BUILD_PARAMETERS = {"JS_GAIN_DEFAULT": 7, "WPNAV_SPEED": 2, "WP_SPD": 2, "ARSPD_FBW_MIN": 3,
                      "AIRSPEED_MIN": 3, "CRUISE_SPEED": 1}  # fmt: skip
-"""Parameters that only one vehicle has, in this order, for firmwares of another name"""
+"""Parameters that only one vehicle has, in this order, for firmwares of another name; WP_SPD is a
+copter's since 4.7"""
 _BOAT = 2
 """FRAME_CLASS of a Rover"""
 _ARMING_EVENTS = {10: True, 11: False}

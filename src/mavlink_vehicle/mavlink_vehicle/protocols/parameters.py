@@ -1,13 +1,15 @@
 """Required autopilot parameters, read by name and kept up to date.
 
 https://mavlink.io/en/services/parameter.html: PARAM_REQUEST_READ is answered by PARAM_VALUE,
-and so is every change, to all links. Neither ArduPilot nor PX4 answers for a parameter that it
-does not have (observed), so a name without an answer after all repetitions counts as absent
-until it is asked for again. A change may also be made where no PARAM_VALUE comes of it
-(ArduPilot's DO_FENCE_ENABLE), so everything is read again from time to time.
+and so is every change, to all links. For a parameter that they do not have, older releases of
+ArduPilot and PX4 give no answer (observed), those of 2026 PARAM_ERROR, so a name without a value
+after all repetitions counts as absent until it is asked for again. A change may also be made where
+no PARAM_VALUE comes of it (ArduPilot's DO_FENCE_ENABLE), so everything is read again from time to
+time.
 
 A parameter that a newer release of the firmware calls otherwise is asked for by that name, too,
-once the former one has had no answer. Its value is known by the former name, in that one's unit.
+once the former one has had no answer, or an error. Its value is known by the former name, in that
+one's unit.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from mavlink_vehicle.protocols.service import Conversation, VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
 _VALUE = mavlink.MAVLink_param_value_message
+_ERROR = mavlink.MAVLink_param_error_message
 _RETRY_S = 1.0
 _ATTEMPTS = 8
 _AGAIN_S = 30.0
@@ -61,7 +64,7 @@ class ParameterReader(VehicleService):
         values: the known values, by name; read only.
     """
 
-    handles = (_VALUE,)
+    handles = (_VALUE, _ERROR)
 
     def __init__(self) -> None:
         """Want nothing."""
@@ -171,6 +174,8 @@ class ParameterReader(VehicleService):
 
     def receive(self, message: Message, now: float) -> None:
         """Process a value, whoever asked for it or changed it."""
+        if isinstance(message, _ERROR):
+            self._ask_by_newer_name(message)
         if not isinstance(message, _VALUE):
             return
         name, scale = self._formerly.get(message.param_id, (message.param_id, 1.0))
@@ -186,6 +191,12 @@ class ParameterReader(VehicleService):
             self._missing.remove(name)
             if not self._missing:
                 self.deadline_s = now + _AGAIN_S
+
+    def _ask_by_newer_name(self, error: mavlink.MAVLink_param_error_message) -> None:
+        name, is_unknown = error.param_id, error.error == mavlink.MAV_PARAM_ERROR_DOES_NOT_EXIST
+        if is_unknown and name in self._renamed and self._address is not None:
+            self._has[name] = self._renamed[name][0]
+            self._request(name, self._address, again=False)
 
     def _on_deadline(self, now: float) -> None:
         """Ask for what is missing; give up after this many times, until the next reading."""
