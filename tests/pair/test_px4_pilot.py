@@ -1,4 +1,4 @@
-"""A PX4 whose pilot has a transmitter: the sticks, and what the mode of before does to a goal."""
+"""A pilot at the sticks of a PX4; and a take-off that a pilot ends, of copters and planes."""
 
 from __future__ import annotations
 
@@ -56,11 +56,6 @@ class PilotedFlight(SimulatedFlight):
         """The vehicle's mode."""
         return str(self.simulation.vehicles[0].firmware.mode.spec.name)
 
-    def asked(self, since_s: float) -> list[int]:
-        """Return the commands since a time that change mode or motors."""
-        commands = [m for t, m in self.sent if t > since_s and m.get_type() == "COMMAND_LONG"]
-        return [message.command for message in commands if message.command in ASKS]
-
 
 def piloted(**parameters: float) -> PilotedFlight:
     """Return a flight that is ready for goals."""
@@ -69,11 +64,17 @@ def piloted(**parameters: float) -> PilotedFlight:
     return flight
 
 
-def left_alone(flight: PilotedFlight, goal_id: str, since_s: float) -> GoalFinished:
+def asked(flight: SimulatedFlight, since_s: float) -> list[int]:
+    """Return the commands since a time that change mode or motors."""
+    commands = [m for t, m in flight.sent if t > since_s and m.get_type() == "COMMAND_LONG"]
+    return [message.command for message in commands if message.command in ASKS]
+
+
+def left_alone(flight: SimulatedFlight, goal_id: str, since_s: float) -> GoalFinished:
     """Return the end of a goal after which nothing was asked of the vehicle."""
     end = flight.run_to_end(goal_id)
     flight.run_for(5.0)
-    assert not flight.asked(since_s)
+    assert not asked(flight, since_s)
     return end
 
 
@@ -134,6 +135,22 @@ def test_a_take_off_that_the_pilot_ends_is_left_to_the_pilot(
     assert end.code is OutcomeCode.PILOT_OVERRIDE, end.message
 
 
+@pytest.mark.parametrize("later_s", [1.0, 4.0])
+@pytest.mark.parametrize(("autopilot", "mode"), [("px4", "AUTO.LOITER"), ("ardupilot", "LOITER")])
+def test_a_take_off_of_a_plane_that_the_pilot_ends_is_left_to_the_pilot(
+    autopilot: str, mode: str, later_s: float
+) -> None:
+    own = {"MIS_TKO_LAND_REQ": 0.0} if autopilot == "px4" else {}
+    plane = VehicleConfig(vehicle="plane", autopilot=autopilot, ready_after_s=1.0, parameters=own)
+    flight = SimulatedFlight(simulated=plane, volume_radius_m=3000.0).ready()
+    goal_id = flight.start(TakeoffRequest(50.0))
+    flight.run_to_status(goal_id, "TAKING_OFF")
+    flight.run_for(later_s)
+    flight.set_mode_as_pilot(mode)
+    end = left_alone(flight, goal_id, flight.now)
+    assert end.code is OutcomeCode.PILOT_OVERRIDE, end.message
+
+
 def test_a_pilot_who_has_it_hold_while_control_is_taken_is_a_pilot() -> None:
     """AUTO.LOITER is neither the mode that was asked for nor the one of before."""
     flight = piloted()
@@ -145,7 +162,7 @@ def test_a_pilot_who_has_it_hold_while_control_is_taken_is_a_pilot() -> None:
     end = flight.run_to_end(goal_id)
     assert end.code is OutcomeCode.PILOT_OVERRIDE, end.message
     assert flight.true_mode == "AUTO.LOITER"
-    assert not flight.asked(flight.now - 2.0)
+    assert not asked(flight, flight.now - 2.0)
 
 
 @pytest.mark.parametrize("request_", [TakeoffRequest(8.0), ROUTE], ids=["Takeoff", "mission"])

@@ -103,6 +103,8 @@ class FlyPlane(SentPlane):
             return mode in (VehicleMode.HOLD, VehicleMode.CONTROL)
         if self._phase not in BEFORE_FLIGHT:
             return False
+        if self._phase is Phase.TAKING_OFF and mode is not VehicleMode.TAKE_OFF:
+            return False  # before its end, somebody else has chosen it
         return mode in (VehicleMode.TAKE_OFF, VehicleMode.HOLD, VehicleMode.CONTROL)
 
     def progress(self, observation: Observation, now: float) -> Progress:
