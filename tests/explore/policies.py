@@ -775,7 +775,7 @@ def relative_targets_are_near(feedback: GoalFeedback, view: View, now_s: float) 
         return True
     if not view.copter or goal.disturbed or goal.feedback_s - goal.accepted_s > 0.3:
         return True
-    if math.isfinite(goal.cancel_s):
+    if math.isfinite(goal.cancel_s) or math.isfinite(view.shut_down_s):
         return True
     off_m = abs(feedback.distance_remaining_m - math.hypot(*request.position))
     # A path may begin with braking and coming back, and where the setpoint was, not the vehicle.
