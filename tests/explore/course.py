@@ -24,7 +24,9 @@ from tests.explore.scenario import Craft, Event, Scenario
 
 SETPOINTS = ("SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT")
 COMMANDS = ("COMMAND_LONG", "COMMAND_INT")
-_TAKERS = frozenset({"pilot_mode", "station_mode", "station_goto", "station_pause", "reboot"})
+_TAKERS = frozenset(
+    {"pilot_mode", "pilot_stick", "station_mode", "station_goto", "station_pause", "reboot"}
+)
 _CIRCLE_GAP_S = 1.0
 _STORING = frozenset({"station_clear", "station_upload", "station_current"})
 _TROUBLE = frozenset(

@@ -171,6 +171,8 @@ class Ship:
         self._reader = Codec(index + 1, 1, self._signing())
         self.server: Server | None = None
         self.beside: Callable[[], None] | None = None  # of what moves beside it
+        self.stick_forward = 0.0
+        self._sticks_due_s = 0.0
         if craft.signed:
             message = make("SETUP_SIGNING", **self.address, secret_key=_KEY, initial_timestamp=1)
             self.sim.link.write(self._stranger.encode(message))
@@ -239,8 +241,15 @@ class Ship:
         ends = {g.goal_id: (g.code, g.message) for g in self._recorded.goals if g.code}
         self.log("recorded", ends)
 
+    def _hold_sticks(self) -> None:
+        """Let the transmitter of a PX4's pilot send ten times a second."""
+        if self.craft.sticks and self.now_s >= self._sticks_due_s:
+            self._sticks_due_s = self.now_s + 0.1 - 1e-9
+            self.sim.hold_sticks(self.stick_forward)
+
     def turn(self) -> None:
         """Let the server do what is due."""
+        self._hold_sticks()
         arrived = self.sim.link.read_datagrams() + self.foreign
         if self.stuck is not None:
             arrived = [self._repeated(data, self.stuck) for data in arrived]

@@ -136,6 +136,7 @@ class _Author:
                 self._settings(index)
             if self.mood in ("trouble", "all"):
                 self._trouble(index)
+            self._pilot(index)
         wind = rng.uniform(0.0, 7.0) if rng.random() < 0.4 else 0.0
         angle = rng.uniform(0.0, math.tau)
         return Scenario(
@@ -388,6 +389,27 @@ class _Author:
                 offset = [round(rng.uniform(-60.0, 60.0), 1) for _ in range(2)]
                 offset.append(rng.choice((0.0, 0.0, -20.0, 30.0)))
                 self._add(t, craft, "station_home", offset=offset, seen=seen)
+
+    def _pilot(self, craft: int) -> None:
+        """A PX4's pilot with sticks, in two scenarios of five, without a draw."""
+        rng = random.Random(f"pilot {self.seed} {craft}")
+        held = self.crafts[craft]
+        if held.autopilot != "px4" or rng.random() > 0.4:
+            return
+        onboard = dict(held.onboard)
+        if held.kind == "copter" and rng.random() < 0.5:
+            onboard["COM_RC_OVERRIDE"] = 3.0
+        self.crafts[craft] = replace(held, onboard=onboard, sticks=True)
+        moves = rng.choice((0, 1, 2)) if self.mood in ("stations", "all") else 0
+        for _ in range(moves):
+            begun_s = rng.uniform(2.0, self.last_s)
+            self._add(begun_s, craft, "pilot_stick", forward=rng.choice((-0.6, 0.02, 0.6, 1.0)))
+            self._add(begun_s + rng.uniform(0.2, 5.0), craft, "pilot_stick", forward=0.0)
+        if self.mood in ("trouble", "all") and rng.random() < 0.4:
+            begun_s = rng.uniform(0.0, self.last_s)
+            self._add(begun_s, craft, "radio", lost=True)
+            lasts_s = rng.choice((0.3, 3.0, 30.0)) * rng.uniform(0.5, 1.5)
+            self._add(begun_s + lasts_s, craft, "radio", lost=False)
 
     def _trouble(self, craft: int) -> None:
         rng = self.rng

@@ -312,6 +312,13 @@ def pilot_throttle(ship: Ship, pulse_us: int) -> None:
     ship.sim.pilot_throttle(pulse_us)
 
 
+def pilot_stick(ship: Ship, forward: float) -> None:
+    """The pilot moves a stick forward, from -1 to 1, and keeps it there."""
+    ship.stick_forward = forward
+    if ship.craft.autopilot == "ardupilot":
+        ship.sim.firmware.pilot.receive((0, round(1500 - 500 * forward)))
+
+
 # --- trouble ---------------------------------------------------------------------------------
 
 
@@ -441,6 +448,7 @@ ACTIONS: dict[str, Action] = {
         ),
         *(station_mode, station_pause, station_arm, station_clear, station_current),
         *(station_upload, station_goto, station_param, station_home, pilot_mode, pilot_throttle),
+        *(pilot_stick,),
         *(link, silence, full, stuck, blind, gps, glitch, battery, radio, wind, reboot),
         *(clock, stall, kill, start, shut_down, noise),
     )

@@ -62,6 +62,8 @@ _ANSWER_S = 4.0
 # On a good link, knowledge of a vehicle is at most this old.
 _REPORTED_S = 0.5
 _HULL_M = 0.5
+# A vehicle that has been on for less shows a restart neither by its time since boot nor otherwise.
+_BOOTED_S = 3.0
 # Of latitude; and the radius of a plane's circle, which it flies twice as wide at most.
 _DEGREE_M, _PLANE_CIRCLE_M = 111_200.0, 60.0
 # A target that is lost is looked for above 1 m; below, the vehicle lands, and stands for a while.
@@ -99,6 +101,10 @@ def _active(what: str) -> Callable[[Entry, View], str | None]:
 
 
 _SUCCESS = _ended(OutcomeCode.SUCCESS)
+_TAKING = (
+    *(mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_COMPONENT_ARM_DISARM),
+    *(mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_DO_REPOSITION, mavlink.MAV_CMD_MISSION_START),
+)
 _SET_MODE = _command(mavlink.MAV_CMD_DO_SET_MODE)
 _ARM = _command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM)
 
@@ -447,7 +453,8 @@ def overridden_by_somebody(end: GoalFinished, view: View, now_s: float) -> bool:
     """PILOT_OVERRIDE needs a pilot or a ground station; a restart and a service are none."""
     alone = view.rebooted_s == view.taken_s and view.taken_s - view.taken_before_s > 3.0
     if not view.troubled and alone and now_s - view.taken_s < 15.0:
-        return view.trouble_s > view.rebooted_s
+        # Just after its first start the time since boot hardly goes back.
+        return view.trouble_s > view.rebooted_s or view.rebooted_s < _BOOTED_S
     if now_s - view.served_s < 2.0 and view.taken_s < view.served_s - 5.0:
         return "silence" in view.troubled
     goal = view.goal(end.goal_id)
@@ -606,13 +613,22 @@ def a_mission_left_behind(end: GoalFinished, view: View, now_s: float) -> bool:
 
 
 def _pilot_takes(entry: Entry, view: View) -> tuple[str, str] | None:
-    if not happens("pilot_mode", entry) or view.troubled:
+    if view.troubled or not (happens("pilot_mode", entry) or _moves_a_stick(entry, view)):
         return None
-    now, mode = view.truth.mode, entry.value.how["mode"]
+    now, mode = view.truth.mode, entry.value.how.get("mode", "POSCTL")
     takes = _led(view) and now == _CONTROL[view.craft.autopilot] != mode
     lands = isinstance(view.flown.request, LandRequest | ReturnRequest) and mode in _BY_STICK
     lands = lands and now in ("LAND", "RTL", "AUTO.LAND", "AUTO.RTL")
     return (view.flown.goal_id, mode) if takes or lands else None
+
+
+def _moves_a_stick(entry: Entry, view: View) -> bool:
+    """Whether the pilot takes a copter by its stick; most are not obeyed in OFFBOARD."""
+    obeys = view.copter and view.craft.sticks
+    if not (obeys and happens("pilot_stick", entry) and abs(entry.value.how["forward"]) > 0.3):
+        return False
+    in_offboard = view.truth.mode == _CONTROL["px4"]
+    return not in_offboard or view.craft.onboard.get("COM_RC_OVERRIDE") == 3.0
 
 
 _BY_STICK = ("STABILIZE", "ALT_HOLD", "POSCTL", "ALTCTL", "MANUAL")
@@ -759,7 +775,7 @@ def relative_targets_are_near(feedback: GoalFeedback, view: View, now_s: float) 
         return True
     if not view.copter or goal.disturbed or goal.feedback_s - goal.accepted_s > 0.3:
         return True
-    if math.isfinite(goal.cancel_s):
+    if math.isfinite(goal.cancel_s) or math.isfinite(view.shut_down_s):
         return True
     off_m = abs(feedback.distance_remaining_m - math.hypot(*request.position))
     # A path may begin with braking and coming back, and where the setpoint was, not the vehicle.
@@ -980,6 +996,14 @@ def moved_outside_the_control_mode(message: Message, view: View, now_s: float) -
 def a_mode_changed_unasked(message: Message, view: View, now_s: float) -> bool:
     """Without a goal or a service no mode is asked for; so no pilot is fought."""
     return view.active is None and not _serving(view, now_s) and now_s - view.left_s > 35.0
+
+
+@never(_command(*_TAKING), OURS)
+def taken_from_a_pilot(message: Message, view: View, now_s: float) -> bool:
+    """After PILOT_OVERRIDE neither a mode nor the motors are asked for, unless a client asks."""
+    if view.active is not None or view.last is None or _serving(view, now_s):
+        return False
+    return any(end.code is OutcomeCode.PILOT_OVERRIDE for end in view.last.ends)
 
 
 @never(_ARM, PARAMETERS)
@@ -1541,7 +1565,7 @@ ON_TRIAL = frozenset(
         *("a_success_without_the_target", "an_approach_within_the_least_distance"),
         *("a_landing_beside_the_mark", "a_touchdown_without_the_mark"),
         *("the_lateral_error_is_true", "a_route_turns_at_its_rate"),
-        *("a_course_stays_in_the_volume",),
+        *("a_course_stays_in_the_volume", "taken_from_a_pilot"),
     }
 )
 """New or changed: their violations are reported, but fail nothing until they have judged a thousand

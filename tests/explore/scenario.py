@@ -22,6 +22,7 @@ class Craft:
         search_s: how long each search for a path takes.
         chatty: whether the autopilot sends its usual streams, too, and not only what is asked for.
         signed: whether vehicle, server and ground station sign.
+        sticks: whether a PX4's pilot has a transmitter, with the sticks centred at first.
     """
 
     kind: str = "copter"
@@ -33,6 +34,7 @@ class Craft:
     search_s: float = 0.0
     signed: bool = False
     chatty: bool = False
+    sticks: bool = False
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,9 @@ _TARGET = {
 }  # fmt: skip
 _ORBIT = {"centre": [10.0, 0.0], "radius": 5.0, "height": 5.0, "speed": 2.0}
 
+# The copters land on targets, and a stick takes a PX4 from OFFBOARD, too.
+_ONBOARD = {"ardupilot": {"PLND_ENABLED": 1.0, "PLND_TYPE": 1.0}, "px4": {"COM_RC_OVERRIDE": 3.0}}
+
 TASKS: Mapping[str, tuple[Event, ...]] = {
     "Takeoff": (Event(0.0, 0, "takeoff", {"height": 4.0}),),
     "Navigate": (Event(0.0, 0, "navigate", {"place": [12.0, 0.0, 4.0]}),),
@@ -50,8 +53,7 @@ TASKS: Mapping[str, tuple[Event, ...]] = {
 }
 """The last event of each is the goal that is watched."""
 
-# A PX4 takes no mode that is flown by sticks while nobody holds them.
-_MODES = {"ardupilot": ("LOITER", "RTL"), "px4": ("AUTO.LOITER", "AUTO.RTL")}
+_MODES = {"ardupilot": ("LOITER", "RTL"), "px4": ("POSCTL", "AUTO.RTL")}
 
 
 def _for_a_while(what: str, begin: dict[str, object], end: dict[str, object], s: float) -> Steps:
@@ -71,6 +73,9 @@ def troubles(firmware: str) -> dict[str, Steps]:
         "another goal": ((0.0, "navigate", {"place": [0.0, 8.0, 5.0]}),),
         "pause for 10 s": ((0.0, "pause", {}), (10.0, "resume", {})),
         "the pilot takes over": ((0.0, "pilot_mode", {"mode": by_pilot}),),
+        "the pilot moves a stick for 1 s": _for_a_while(
+            "pilot_stick", {"forward": 0.6}, {"forward": 0.0}, 1.0
+        ),
         "a station sends it home": ((0.0, "station_mode", {"mode": by_station}),),
         "a station disarms it": ((0.0, "station_arm", {"arm": False}),),
         "a station clears its mission": ((0.0, "station_clear", {}),),
@@ -135,8 +140,8 @@ class Seen:
 
 
 def _scenario(firmware: str, events: tuple[Event, ...]) -> Scenario:
-    onboard = {"PLND_ENABLED": 1.0, "PLND_TYPE": 1.0} if firmware == "ardupilot" else {}
-    return Scenario(1, (Craft("copter", firmware, onboard=onboard),), events)
+    craft = Craft("copter", firmware, onboard=_ONBOARD[firmware], sticks=firmware == "px4")
+    return Scenario(1, (craft,), events)
 
 
 def cells(firmware: str, task: str) -> list[Cell]:

@@ -631,6 +631,12 @@ def test_without_a_position_it_lands(air: Px4Station) -> None:
     assert air.vehicle.firmware.system_status == 5
 
 
+def test_a_landing_on_a_target_without_a_position_lands_where_it_is(air: Px4Station) -> None:
+    assert air.mode(px4.PRECLAND) == ACCEPTED
+    air.vehicle.lose_gps()
+    air.run_until(lambda: air.custom_mode == px4.LAND, 15.0)
+
+
 # Sticks.
 
 

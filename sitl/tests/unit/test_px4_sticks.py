@@ -1,6 +1,7 @@
 """A pilot at the sticks of a PX4: what a moved stick takes, and what lost sticks do.
 
-Recorded with PX4 1.17 and sticks by MANUAL_CONTROL.
+Recorded with PX4 1.17 and sticks by MANUAL_CONTROL; that lost ones do not interrupt a return
+was read in its source.
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ _NOT_FROM = {
     px4.PRECLAND: (px4.RTL, px4.LAND),
     px4.RTL: (px4.RTL,),
 }
-"""Modes that no failsafe flies instead of an intention to land or to return"""
+"""Modes that no failsafe flies instead of an intention to land or to return that can run"""
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,8 @@ class Px4Failsafes(Failsafes):
         vehicle = self._vehicle
         self._taken_over = self._taken_over and bool(self._actions)
         worst = max(self._actions.values(), key=lambda action: action.gravity, default=None)
-        kept = _NOT_FROM.get(vehicle.intention, ())
+        runs = vehicle.can_run(vehicle.intention)
+        kept = _NOT_FROM.get(vehicle.intention, ()) if runs else ()
         if worst is None or worst.mode in (WARN, *kept) or self._taken_over:
             if self.acting is not None:
                 self.acting, self._gravity = None, 0
