@@ -131,4 +131,6 @@ def test_every_message_can_be_requested(message_id: int) -> None:
     assert station.command(512, message_id) == 0
     came = {m.get_msgId() for _, m in station.log[begin:]}
     missing = {132: "no range sensor", 295: "no airspeed", 191: "no calibration", 192: "none"}
+    missing |= dict.fromkeys((180, 259, 260, 262), "no camera")
+    missing |= dict.fromkeys((280, 281, 285), "no gimbal")
     assert message_id in came or message_id in missing
