@@ -27,8 +27,12 @@ SANITIZED = "-fsanitize=address,undefined"
 coordinates = st.floats(-20.0, 20.0, allow_nan=False).map(lambda value: round(value, 3))
 sizes = st.one_of(st.just(0.0), st.floats(0.0, 8.0).map(lambda value: round(value, 3)))
 ends = st.one_of(coordinates, st.sampled_from([-math.inf, math.inf]))
-posts = st.tuples(coordinates, coordinates, sizes, ends, ends)
-boxes = st.tuples(coordinates, coordinates, sizes, sizes, st.floats(-7.0, 7.0), ends, ends)
+# With its top below its bottom, a larger clearance would find less: no obstacle is so.
+heights = st.tuples(ends, ends).map(sorted)
+posts = st.tuples(st.tuples(coordinates, coordinates, sizes), heights).map(lambda p: (*p[0], *p[1]))
+boxes = st.tuples(
+    st.tuples(coordinates, coordinates, sizes, sizes, st.floats(-7.0, 7.0)), heights
+).map(lambda b: (*b[0], *b[1]))
 lines = st.tuples(*[coordinates] * 6)
 
 
