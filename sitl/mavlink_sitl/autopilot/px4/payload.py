@@ -28,6 +28,8 @@ SERVOS, MAVLINK_GIMBAL = 1, 154
 """Gimbal devices: the autopilot itself, or a component of its own"""
 _DEVICES = {0.0: SERVOS, 2.0: MAVLINK_GIMBAL}
 """By MNT_MODE_OUT"""
+_RANGES = {"ROLL": "MNT_RANGE_ROLL", "PITCH": "MNT_RANGE_PITCH", "YAW": "MNT_RANGE_YAW"}
+"""Of a servo gimbal, half to each side"""
 LIMITS_DEG = {"ROLL": (-30.0, 30.0), "PITCH": (-90.0, 45.0), "YAW": (-180.0, 180.0)}
 """Of the gimbal with MAVLink"""
 _ALL_AXES, _YAW_ALONE = 1.0, 2.0
@@ -214,8 +216,8 @@ class Px4Payload(Payload):
             )
             wanted = (self.roll_deg, pitch_deg, yaw_deg)
         self.roll_deg, self.pitch_deg, self.yaw_deg = (
-            self._within(angle_deg, axis)
-            for angle_deg, axis in zip(wanted, ("ROLL", "PITCH", "YAW"), strict=True)
+            self._within(angle_deg, axis, range_)
+            for angle_deg, (axis, range_) in zip(wanted, _RANGES.items(), strict=True)
         )
 
     def _towards(self, target: Vector) -> Angles:
@@ -239,11 +241,11 @@ class Px4Payload(Payload):
                 yaw_deg = math.remainder(yaw_deg, 360.0)
         return roll_deg, pitch_deg, yaw_deg
 
-    def _within(self, angle_deg: float, axis: str) -> float:
+    def _within(self, angle_deg: float, axis: str, range_: str) -> float:
         if self.device == MAVLINK_GIMBAL:
             low_deg, high_deg = LIMITS_DEG[axis]
             return min(max(angle_deg, low_deg), high_deg)
-        half_deg = self._vehicle.parameters[f"MNT_RANGE_{axis}"] / 2.0
+        half_deg = self._vehicle.parameters[range_] / 2.0
         return min(max(angle_deg, -half_deg), half_deg)
 
     def do(self, item: PlanItem, place: GeoPoint | None) -> None:
