@@ -7,8 +7,10 @@ from collections.abc import Iterable
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
+from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.autopilot.personality import px4
-from sitl_support.ground_station import ACCEPTED
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
+from sitl_support.ground_station import ACCEPTED, GroundStation
 from sitl_support.px4_station import Px4Station, flying_px4
 
 SAMPLE_S = 0.04
@@ -92,3 +94,16 @@ def test_nav_rcl_act_7_leaves_offboard_alone() -> None:
     air.stream_to(3.0, 0.0, 0.0, -10.0)
     assert air.vehicle.firmware.mode.spec.number == px4.OFFBOARD
     assert air.vehicle.firmware.system_status == 4
+
+
+@pytest.mark.parametrize("vehicle", ["rover", "boat", "plane"])
+def test_sticks_of_others_than_copters_take_nothing(vehicle: str) -> None:
+    config = VehicleConfig(vehicle=vehicle, autopilot="px4", firmware="px4-1.18")
+    ground = GroundStation(Simulation([config]))
+    for place in range(0, 1000, 200):
+        ground.send(mav.MAVLink_manual_control_message(1, place, 0, 500, 0, 0))
+        ground.run(SAMPLE_S)
+    firmware = ground.vehicle.firmware
+    assert isinstance(firmware, Px4Vehicle)
+    assert firmware.sticks.held() is not None
+    assert TEXT not in ground.texts()

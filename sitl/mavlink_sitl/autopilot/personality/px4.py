@@ -36,6 +36,7 @@ FOLLOW_TARGET = custom_mode(4, 8)
 PRECLAND = custom_mode(4, 9)
 
 TERMINATION = custom_mode(10)
+BY_STICKS = (MANUAL, ALTCTL, POSCTL)
 
 MAIN_POSCTL, MAIN_AUTO = 3, 4
 POSITION_SLOW = 2

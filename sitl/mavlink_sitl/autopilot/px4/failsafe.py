@@ -31,7 +31,6 @@ _FENCE = {1: WARN, 2: px4.LOITER, 3: px4.RTL, 4: TERMINATE, 5: px4.LAND}
 _OFFBOARD_LOSS = {3: px4.RTL, 4: px4.LAND, 5: px4.LOITER, 6: TERMINATE, 7: TERMINATE}
 """COM_OBL_RC_ACT; 0 to 2 are Position, Altitude and Manual, which need sticks"""
 _OFFBOARD_TO_PILOT = {0: px4.POSCTL, 1: px4.ALTCTL, 2: px4.MANUAL}
-_PILOT_MODES = (px4.MANUAL, px4.ALTCTL, px4.POSCTL)
 _GRAVITY = {WARN: 1, px4.LOITER: 3, px4.RTL: 4, px4.LAND: 5, TERMINATE: 7}
 """Of an action; the pilot's modes are in between"""
 _PILOT_GRAVITY, _HOLD_GRAVITY = 2, 3
@@ -193,7 +192,7 @@ class Px4Failsafes(Failsafes):
     def _holds_for_pilot(self) -> bool:
         vehicle = self._vehicle
         action = vehicle.parameters["NAV_RCL_ACT"]
-        flown = vehicle.intention in _PILOT_MODES and vehicle.sticks.held() is None
+        flown = vehicle.intention in px4.BY_STICKS and vehicle.sticks.held() is None
         return flown and action == HOLD_WITHOUT_FAILSAFE and vehicle.estimator.position_ok
 
     def _fallback(self) -> int | None:
@@ -211,7 +210,7 @@ class Px4Failsafes(Failsafes):
             wanted = _OFFBOARD_TO_PILOT.get(action, px4.POSCTL)
             if vehicle.can_run(wanted):
                 return wanted
-        if wanted in _PILOT_MODES and vehicle.sticks.held() is None:
+        if wanted in px4.BY_STICKS and vehicle.sticks.held() is None:
             return _LINK_LOSS.get(int(p["NAV_RCL_ACT"]), px4.LOITER)
         return None
 

@@ -184,7 +184,7 @@ class Px4Payload(Payload):
         return Result.ACCEPTED
 
     def rest_and_release(self) -> None:
-        """What the vehicle itself does as it lands, returns or leaves a mission."""
+        """The vehicle lands, returns or leaves a mission: nobody is in control any more."""
         self.rest()
         self.control = (0, 0)
 

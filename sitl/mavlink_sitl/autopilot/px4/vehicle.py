@@ -89,7 +89,7 @@ class Px4Vehicle(Commander):
         self.intention = px4.LOITER
         self.setpoint_at_s = -math.inf
         self.was_intended = False
-        self.sticks = Sticks(self)
+        self.sticks = Sticks(self, start.parameters)
         self.in_flight = False
         self.took_off_at_s = -math.inf
         self.battery = Px4Battery(start.parameters)
