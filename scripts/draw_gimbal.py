@@ -42,7 +42,7 @@ _LOOKS = {"ahead": "0.5", "at A": "tab:blue", "down": "tab:green", "at B": "dark
 
 @dataclass(frozen=True)
 class _Moment:
-    """What the client had heard of vehicle and gimbal at one time; angles in rad, from east."""
+    """Vehicle and gimbal at one time, as the client had heard; angles in rad, from east."""
 
     time_s: float
     place_m: tuple[float, float, float]
@@ -53,7 +53,7 @@ class _Moment:
 
 @dataclass
 class _Heard:
-    """What the topics of the server have brought."""
+    """The messages of the server's topics so far."""
 
     poses: list[PoseStamped] = field(default_factory=list)
     places: list[GeoPoseStamped] = field(default_factory=list)

@@ -30,7 +30,15 @@ import numpy as np
 import shapely
 import yaml
 
-from mavlink_sitl import GeoPoint, MoverPath, Obstacle, RangeSensor, VehicleConfig, World
+from mavlink_sitl import (
+    DEFAULT_HOME,
+    GeoPoint,
+    MoverPath,
+    Obstacle,
+    RangeSensor,
+    VehicleConfig,
+    World,
+)
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.positions.frames import equidistant_at
 from navigation_bridge.goals.requests import LandRequest, WaypointRequest, WaypointsRequest
@@ -58,7 +66,7 @@ class BoxesError(ValueError):
 
 @dataclass(frozen=True)
 class Layout:
-    """What is flown once with each firmware and seed.
+    """A mission among obstacles, flown once with each firmware and seed.
 
     Attributes:
         name: of the layout.
@@ -74,7 +82,7 @@ class Layout:
     obstacles: tuple[Obstacle, ...]
     speed_m_s: float = 5.0
     reach_m: float = 15.0
-    home: GeoPoint = VehicleConfig().home
+    home: GeoPoint = DEFAULT_HOME
 
 
 @dataclass(frozen=True)
@@ -152,10 +160,11 @@ def _way(path: Path) -> tuple[GeoPoint, tuple[tuple[float, float, float], ...]]:
         items, _, _ = plan_items(document)
     except (OSError, UnicodeDecodeError, PlanError) as error:
         raise BoxesError(f"{path}: {error}") from error
-    at = document.get("mission", {}).get("plannedHomePosition") or []
-    if len(at) != 3:
-        raise BoxesError(f"{path}: it has no plannedHomePosition.")
-    latitude, longitude, altitude = map(float, at)
+    try:
+        mission: Any = document["mission"]
+        latitude, longitude, altitude = map(float, mission["plannedHomePosition"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise BoxesError(f"{path}: it has no plannedHomePosition of three numbers.") from error
     home = (latitude, longitude, altitude)
     projection, height_m, way = equidistant_at(home[0]), HEIGHT_M, []
     for item in items:
@@ -279,10 +288,6 @@ def fly(layout: Layout, firmware: str, seed: int) -> Flown:
     )  # fmt: skip
 
 
-def _fly(flight: tuple[Layout, str, int]) -> Flown:
-    return fly(*flight)
-
-
 def _show(flown: Flown) -> None:
     near = f"{flown.nearest_m:.2f} m from {flown.nearest}" if flown.nearest else "near nothing"
     print(
@@ -322,7 +327,7 @@ def main(args: Sequence[str] | None = None) -> int:
     counts: Counter[str] = Counter()
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(options.workers, mp_context=context) as pool:
-        for flown in pool.map(_fly, flights):
+        for flown in pool.map(fly, *zip(*flights, strict=True)):
             counts[flown.verdict] += 1
             if flown.verdict != "SUCCESS" or layouts:
                 _show(flown)

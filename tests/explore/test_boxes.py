@@ -74,6 +74,18 @@ def test_a_file_that_cannot_be_flown_is_one_sentence(
     assert boxes.main([str(tmp_path / "absent.yaml")]) == 2
 
 
+@pytest.mark.parametrize("home", [[1.0, 2.0], [1.0, 2.0, "high"], None])
+def test_a_plan_without_a_home_is_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], home: object
+) -> None:
+    test = written(tmp_path)
+    plan = json.loads((tmp_path / "mission.plan").read_text())
+    plan["mission"]["plannedHomePosition"] = home
+    (tmp_path / "mission.plan").write_text(json.dumps(plan))
+    assert boxes.main([str(test)]) == 2
+    assert "no plannedHomePosition of three numbers" in capsys.readouterr().err
+
+
 def test_layouts_keep_the_rules() -> None:
     for seed in range(40):
         layout = boxes.drawn(seed)

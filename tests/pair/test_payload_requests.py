@@ -117,14 +117,20 @@ def test_a_gimbal_follows_a_position_beside_a_goal_and_lets_it_go(
     assert payload.control == (0, 0)
 
 
-def test_a_photo_is_taken_once_and_reported_with_its_place(flight: SimulatedFlight) -> None:
-    payload = flight.simulation.vehicles[0].firmware.payload
+def photographed(flight: SimulatedFlight) -> tuple[list[PhotoReported], list[PayloadDone]]:
+    """Ask for a photo; return the reports and the answers that came of it."""
     requests = flight.bridge.feature(PayloadRequests)
     photos: list[PhotoReported] = []
     done: list[PayloadDone] = []
     requests.on_photo = photos.append
     requests.take_photo(done.append, flight.now)
     flight.run_for(2.0)
+    return photos, done
+
+
+def test_a_photo_is_taken_once_and_reported_with_its_place(flight: SimulatedFlight) -> None:
+    payload = flight.simulation.vehicles[0].firmware.payload
+    photos, done = photographed(flight)
     assert [each.code for each in done] == [OutcomeCode.SUCCESS]
     assert payload.photos == 1
     (photo,) = photos
@@ -136,12 +142,7 @@ def test_a_photo_is_taken_once_and_reported_with_its_place(flight: SimulatedFlig
 def test_a_photo_of_a_px4_is_taken_by_the_camera_beside_it() -> None:
     simulated = VehicleConfig(autopilot="px4", ready_after_s=1.0, photo_camera=True)
     flight = SimulatedFlight(simulated=simulated).ready()
-    requests = flight.bridge.feature(PayloadRequests)
-    photos: list[PhotoReported] = []
-    done: list[PayloadDone] = []
-    requests.on_photo = photos.append
-    requests.take_photo(done.append, flight.now)
-    flight.run_for(2.0)
+    photos, done = photographed(flight)
     assert [each.code for each in done] == [OutcomeCode.SUCCESS], done
     assert [photo.success for photo in photos] == [True]
     assert flight.simulation.vehicles[0].firmware.payload.photos == 1

@@ -383,6 +383,8 @@ def test_a_package_that_cannot_be_fetched_is_named_and_the_environment_stays(
         ("UV_HTTP_RETRIES", "0"), ("UV_CACHE_DIR", str(tmp_path / "cache")), ("NO_PROXY", "*"),
     ):  # fmt: skip
         monkeypatch.setenv(name, value)
+    for name in ("UV_DEFAULT_INDEX", "UV_INDEX", "UV_INDEX_URL"):  # they count before pip's
+        monkeypatch.delenv(name, raising=False)
     before = sorted(venv.rglob("*"))
     with pytest.raises(setup_environment.SetupError) as caught:
         setup_environment.add_layer("wheels", "extras")

@@ -57,9 +57,14 @@ def attitude_quaternion(s: Snapshot) -> Message:
 
 def quaternion(m: Motion) -> list[float]:
     """The attitude, from body to NED."""
-    cr, sr = math.cos(m.roll_rad / 2), math.sin(m.roll_rad / 2)
-    cp, sp = math.cos(m.pitch_rad / 2), math.sin(m.pitch_rad / 2)
-    cy, sy = math.cos(m.yaw_rad / 2), math.sin(m.yaw_rad / 2)
+    return quaternion_of(m.roll_rad, m.pitch_rad, m.yaw_rad)
+
+
+def quaternion_of(roll_rad: float, pitch_rad: float, yaw_rad: float) -> list[float]:
+    """The attitude with these angles."""
+    cr, sr = math.cos(roll_rad / 2), math.sin(roll_rad / 2)
+    cp, sp = math.cos(pitch_rad / 2), math.sin(pitch_rad / 2)
+    cy, sy = math.cos(yaw_rad / 2), math.sin(yaw_rad / 2)
     return [
         cr * cp * cy + sr * sp * sy,
         sr * cp * cy - cr * sp * sy,

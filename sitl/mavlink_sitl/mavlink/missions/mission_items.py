@@ -24,13 +24,13 @@ LEAST_CORNERS = 3
 HIGHEST_M = 1e6
 BYTE = 255
 NOT_GIVEN = 2**31 - 1
-"""x and y of a MISSION_ITEM_INT without a place"""
+"""x and y of a MISSION_ITEM_INT or COMMAND_INT without a place"""
 
 
 def degrees_to_int(value: float) -> int:
     """1e7 degrees; what is not a number or too large becomes a value that no check lets pass."""
     if not math.isfinite(value):
-        return 2**31 - 1
+        return NOT_GIVEN
     return int(min(max(round(value * 1e7), -(2**31)), 2**31 - 1))
 
 

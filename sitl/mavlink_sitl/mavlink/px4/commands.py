@@ -19,6 +19,7 @@ from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.commands import FORCE, SHARED, request
+from mavlink_sitl.mavlink.missions.mission_items import NOT_GIVEN
 from mavlink_sitl.mavlink.px4 import gimbal
 from mavlink_sitl.mavlink.px4.rates import STREAMS
 from mavlink_sitl.mavlink.received_command import ReceivedCommand
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
 Handler: TypeAlias = "Callable[[Px4Server, ReceivedCommand], Result | None]"
 HEARTBEAT, ORBIT_STATUS, AVAILABLE_MODES, CURRENT_MODE = 0, 360, 435, 436
 _CHANGE_MODE = 1
-NO_PLACE = 2**31 - 1
 NAN_AS_INTEGER = 0x7FF80000
 """NaN as some senders write it into the integers x and y of a COMMAND_INT"""
 
@@ -276,7 +276,7 @@ def handle(server: Px4Server, command: ReceivedCommand) -> Result | None:
 
 def set_params(command: ReceivedCommand) -> frozenset[int]:
     """The numbers, 1 to 7, of the params that are given: neither NaN nor 0."""
-    unplaced = not command.is_long and command.x == command.y == NO_PLACE
+    unplaced = not command.is_long and command.x == command.y == NOT_GIVEN
     place = (0.0, 0.0) if unplaced else (command.x, command.y)
     values = (*command.params, *place, command.z)
     return frozenset(i for i, v in enumerate(values, 1) if not math.isnan(v) and v != 0.0)

@@ -16,6 +16,7 @@ from mavlink_sitl.autopilot.px4.payload import (
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import Result
 from mavlink_sitl.mavlink.codec import Message, dialect
+from mavlink_sitl.mavlink.messages.position_messages import quaternion_of
 from mavlink_sitl.mavlink.messages.snapshot import Builder, Snapshot, boot_ms
 from mavlink_sitl.mavlink.px4.component import Component
 from mavlink_sitl.mavlink.setpoints import usable
@@ -76,7 +77,7 @@ def attitude_status(s: Snapshot) -> Message:
     payload = payload_of(s)
     angles = payload.roll_deg, payload.pitch_deg, payload.yaw_deg
     return dialect.MAVLink_gimbal_device_attitude_status_message(
-        0, 0, boot_ms(s), _flags(payload), _quaternion(*map(math.radians, angles)),
+        0, 0, boot_ms(s), _flags(payload), quaternion_of(*map(math.radians, angles)),
         0.0, 0.0, 0.0, 0, 0.0, 0.0, payload.device if payload.device == SERVOS else 0,
     )  # fmt: skip
 
@@ -145,18 +146,6 @@ class GimbalComponent(Component):
 def _flags(payload: Px4Payload) -> int:
     """Only the gimbal with MAVLink says that its yaw is from the nose."""
     return payload.flags | (IN_VEHICLE if payload.device == MAVLINK_GIMBAL else 0)
-
-
-def _quaternion(roll_rad: float, pitch_rad: float, yaw_rad: float) -> list[float]:
-    cr, sr = math.cos(roll_rad / 2), math.sin(roll_rad / 2)
-    cp, sp = math.cos(pitch_rad / 2), math.sin(pitch_rad / 2)
-    cy, sy = math.cos(yaw_rad / 2), math.sin(yaw_rad / 2)
-    return [
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    ]
 
 
 def _angles_deg(q: list[float]) -> tuple[float, float, float]:

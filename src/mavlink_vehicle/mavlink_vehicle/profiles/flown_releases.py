@@ -53,8 +53,11 @@ def flown_with(autopilot: int, version: str) -> tuple[bool, str]:
 
 
 def _is_among(version: str, releases: tuple[str, ...]) -> bool:
-    return any(
-        version == release
-        or (version.startswith(release) and not version[len(release) - 1 :][:2].isdigit())
-        for release in releases
-    )
+    return any(_is_of(version, release) for release in releases)
+
+
+def _is_of(version: str, release: str) -> bool:
+    """Whether a version begins as a release does: 1.18.0-beta1 is of 1.18, but 4.60 not of 4.6."""
+    rest = version.removeprefix(release)
+    cuts_a_number = release[-1].isdigit() and rest[:1].isdigit()
+    return version.startswith(release) and not cuts_a_number
