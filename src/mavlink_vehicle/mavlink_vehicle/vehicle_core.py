@@ -372,4 +372,4 @@ class VehicleCore(KnownVehicle):
 
     def _clock_answered(self, round_trip_s: float, vehicle_ns: int, now: float) -> None:
         state = self.state
-        self.data_age.answered(round_trip_s, vehicle_ns, state.boot_time_ms, state.boot_count, now)
+        self.data_age.answered(round_trip_s, vehicle_ns, state.boot_time_ms, state.clock_count, now)

@@ -206,4 +206,5 @@ class KnownVehicle:
             system_id=system_id,
             component_id=self.config.target_component,
             boot_count=self.state.boot_count + 1,  # all that is kept of the first one is dropped
+            clock_count=self.state.clock_count + 1,
         )

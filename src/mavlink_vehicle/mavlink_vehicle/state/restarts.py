@@ -39,6 +39,7 @@ _ALONE_S, _LISTENED_S = 1.0, 0.5
 _SIGN_AGE_S = 10.0
 _SAME_CLOCK_S = 3.0
 _BOOT_AGAIN_S = 5.0
+_SAMPLES = ("global_position", "local_position", "attitude")
 
 VOID_AFTER_RESTART: Changes = {
     "landed_state": LandedState.UNDEFINED,
@@ -111,8 +112,19 @@ def follow_clock(state: VehicleState, kind: type, time_boot_ms: int, now: float)
     elif doubt.is_clock and (ahead_ms > 0 or now - doubt.since_s >= _ALONE_S):
         clock = _followed(time_boot_ms, now)  # set, not started again
         clock.changes["restart_signs"] = signs._replace(doubt=None)
-        return clock
+        return BootTime(time_boot_ms, clock.changes | _moved(state, time_boot_ms - last_ms))
     return BootTime(last_ms, {"restart_signs": signs})
+
+
+def _moved(state: VehicleState, shift_ms: int) -> Changes:
+    """Return what another clock changes: the times of the samples that are there are by it, too."""
+    parts = {name: getattr(state, name) for name in _SAMPLES}
+    moved = {
+        name: part._replace(time_boot_ms=part.time_boot_ms + shift_ms)
+        for name, part in parts.items()
+        if part is not None
+    }
+    return {**moved, "clock_count": state.clock_count + 1}
 
 
 def beat_changes(
@@ -203,6 +215,7 @@ def _begun(state: VehicleState, boots: int, time_ms: int | None, now: float) -> 
     changes = {
         **VOID_AFTER_RESTART,
         "boot_count": state.boot_count + boots,
+        "clock_count": state.clock_count + 1,
         "boot_announced_s": None,
         "restart_signs": RestartSigns(),
     }
