@@ -89,6 +89,8 @@ class RestartSigns(NamedTuple):
         disarmed_s: when HEARTBEAT showed last that it was disarmed.
         booting_s: when HEARTBEAT showed MAV_STATE_BOOT after something later.
         restarted_s: when a clock showed the last restart.
+        in_turn: how often one kind of message came by that of the vehicle after another one.
+        in_turn_s: when it did last.
     """
 
     doubt: ClockDoubt | None = None
@@ -96,6 +98,8 @@ class RestartSigns(NamedTuple):
     disarmed_s: float = -math.inf
     booting_s: float = -math.inf
     restarted_s: float = -math.inf
+    in_turn: int = 0
+    in_turn_s: float = -math.inf
 
 
 _NO_RESTART_SIGNS = RestartSigns()

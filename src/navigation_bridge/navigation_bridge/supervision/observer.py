@@ -184,6 +184,7 @@ class Observer:
             frame=frame,
             pose=pose,
             mode_name=mode_name,
+            twins=vehicle.twins.reason,
             one_way=one_way,
             unanswered_s=vehicle.answers.unanswered_s(now) if one_way or taken else 0.0,
             mode_unseen=vehicle.own_gap.is_open,
