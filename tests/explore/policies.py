@@ -1277,7 +1277,8 @@ _ABOVE_HOME = (mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_R
 @always(_ITEMS, "MAV_FRAME, mission protocol")
 def mission_items_are_near(item: Message, view: View, now_s: float) -> bool:
     """A place of a mission that is sent is a few kilometres from home, and no mountain."""
-    if item.mission_type != 0 or item.x == item.y == 0:
+    has_place = item.frame != mavlink.MAV_FRAME_MISSION and not item.x == item.y == 0
+    if item.mission_type != 0 or not has_place:
         return True
     latitude_deg, longitude_deg, altitude_m = view.craft.home
     east_deg = (1e-7 * item.y - longitude_deg + 180.0) % 360.0 - 180.0

@@ -13,6 +13,7 @@ from functools import partial
 
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
+from mavlink_sitl.autopilot.px4.safety_systems import PARACHUTE, REMOTE_ID
 from mavlink_sitl.autopilot.px4.sticks import ManualControl
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
@@ -78,6 +79,8 @@ COMMANDER_US = 10_000
 behind the command was accepted, after 10.8 ms"""
 STATUS_US = 500_000
 """Period at which the commander publishes vehicle_status; it also does so at each change"""
+_SAFETY_SYSTEMS = {dialect.MAV_TYPE_PARACHUTE: PARACHUTE, dialect.MAV_TYPE_ODID: REMOTE_ID}
+_WELL = (dialect.MAV_STATE_STANDBY, dialect.MAV_STATE_ACTIVE)
 _RATES = {ONBOARD: rates.ONBOARD_HZ, GCS: rates.GCS_HZ}
 
 
@@ -377,6 +380,9 @@ class Px4Server(MavlinkServer):
         if message.type == dialect.MAV_TYPE_GCS:
             self._gcs_heard_us = self.now_us
             self.vehicle.failsafe.gcs_heartbeat(self.now_us / 1e6)
+        system = _SAFETY_SYSTEMS.get(message.type)
+        if system is not None and message.get_srcSystem() == self.system_id:
+            self.vehicle.systems.hear(system, message.system_status in _WELL)
 
     def _on_timesync(self, message: Message) -> None:
         if message.tc1 == 0:
