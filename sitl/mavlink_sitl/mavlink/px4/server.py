@@ -81,7 +81,20 @@ STATUS_US = 500_000
 """Period at which the commander publishes vehicle_status; it also does so at each change"""
 _SAFETY_SYSTEMS = {dialect.MAV_TYPE_PARACHUTE: PARACHUTE, dialect.MAV_TYPE_ODID: REMOTE_ID}
 _WELL = (dialect.MAV_STATE_STANDBY, dialect.MAV_STATE_ACTIVE)
+_UNSIGNED = frozenset(
+    {
+        dialect.MAVLINK_MSG_ID_HEARTBEAT,
+        dialect.MAVLINK_MSG_ID_RADIO_STATUS,
+        dialect.MAVLINK_MSG_ID_ADSB_VEHICLE,
+        dialect.MAVLINK_MSG_ID_COLLISION,
+    }
+)
+"""What a 1.18 with a key takes without a signature (its page on message signing)"""
 _RATES = {ONBOARD: rates.ONBOARD_HZ, GCS: rates.GCS_HZ}
+
+
+def _may_be_unsigned(_decoder: object, message_id: int) -> bool:
+    return message_id in _UNSIGNED
 
 
 class Px4Server(MavlinkServer):
@@ -383,6 +396,15 @@ class Px4Server(MavlinkServer):
         system = _SAFETY_SYSTEMS.get(message.type)
         if system is not None and message.get_srcSystem() == self.system_id:
             self.vehicle.systems.hear(system, message.system_status in _WELL)
+
+    def _on_setup_signing(self, message: Message) -> None:
+        """A new key; nothing answers to it. From 1.18 on not while armed."""
+        if self.vehicle.personality.signs_by_specification:
+            if self.vehicle.armed:
+                return
+            for encoder in self._encoders:
+                encoder.signing.allow_unsigned_callback = _may_be_unsigned
+        self._take_key(message)
 
     def _on_timesync(self, message: Message) -> None:
         if message.tc1 == 0:
