@@ -6,6 +6,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.px4.safety_systems import PARACHUTE
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.mavlink.messages.known_messages import BY_KIND
 from mavlink_sitl.mavlink.messages.telemetry import BUILDERS
 from sitl_support.ground_station import ALT_HOLD, GroundStation, copter
@@ -102,7 +103,9 @@ def test_a_px4_1_18_with_a_key_hears_unsigned_heartbeats_and_no_unsigned_key() -
     parachute = mav.MAVLink_heartbeat_message(mav.MAV_TYPE_PARACHUTE, 8, 0, 0, 4, 3)
     station.vehicle.link.write(bytes(parachute.pack(unsigned)))
     station.send(mav.MAVLink_setup_signing_message(1, 1, bytes(32), 0))
-    assert station.vehicle.firmware.systems.is_well(PARACHUTE)
+    firmware = station.vehicle.firmware
+    assert isinstance(firmware, Px4Vehicle)
+    assert firmware.systems.is_well(PARACHUTE)
     assert ping(station, request(mav.MAVLink(None, 255, 190))) == 0
     assert ping(station, request(signing_station())) == 1
 
