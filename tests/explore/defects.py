@@ -381,6 +381,20 @@ REASONS = {
 """Why some are not found."""
 
 
+TOGETHER = (
+    (
+        *("the setpoint continues in another mode", "a pilot is not noticed"),
+        *("a mode left is no end", "setpoints in any mode", "the stream stays open for a pilot"),
+    ),
+    ("no path is in conflict", "nothing must brake", "obstacles are not braked for"),
+    (
+        *("obstacles are always far", "the last look at a path is left out"),
+        *("no path is in conflict", "nothing must brake"),
+    ),
+)
+"""Defects that mask each other: each check stands behind another one."""
+
+
 def planted(source: str, mutant: Mutant) -> str:
     """Return a source with a defect.
 

@@ -741,6 +741,20 @@ def a_station_resumes_the_goal(view: View, goal_id: str, begun_s: float, now_s: 
                     and goal.feedback.status is not Status.PAUSED)  # fmt: skip
 
 
+def _pauses_the_goal(entry: Entry, view: View) -> str | None:
+    pauses = view.craft.server.get("on_station_pause") == "pause"
+    under_way = view.flown.feedback is not None and view.flown.feedback.status is Status.NAVIGATING
+    return _paused_by_station(entry, view) if pauses and under_way else None
+
+
+@within(lambda view: 6.0, _pauses_the_goal, "docs/ground_stations.md")
+def a_station_pause_is_reported(view: View, goal_id: str, begun_s: float, now_s: float) -> bool:
+    """With `on_station_pause` pause a goal that a ground station pauses says so, or ends."""
+    goal = view.goals.get(goal_id)
+    over = goal is None or bool(goal.ends) or goal.paused or math.isfinite(goal.cancel_s)
+    return over or view.taken_s > begun_s or _troubled_since(view, begun_s)
+
+
 def _outside(view: View, by_m: float) -> bool:
     """Whether it is truly outside of its flight volume, by more than that, over ground."""
     radius_m = view.config.bridge.volume.radius_max_m
@@ -755,10 +769,12 @@ def _carried_out(entry: Entry, view: View) -> str | None:
     return view.flown.goal_id if known and entry.kind == "truth" and _outside(view, 10.0) else None
 
 
-@within(lambda view: view.config.bridge.goto.cancel_timeout_s + 15.0, _carried_out, PARAMETERS)
-def a_goal_ends_outside_the_volume(view: View, goal_id: str, begun_s: float, now_s: float) -> bool:
-    """A goal ends when its vehicle is carried out of the flight volume."""
+@within(lambda view: 5.0, _carried_out, PARAMETERS)
+def a_goal_stops_outside_the_volume(view: View, goal_id: str, begun_s: float, now_s: float) -> bool:
+    """A goal whose vehicle is carried out of the flight volume is being cancelled, or ends."""
     over = a_goal_ends(view, goal_id, begun_s, now_s) or not _outside(view, 0.0)
+    feedback = view.goal(goal_id).feedback
+    over = over or (feedback is not None and feedback.status is Status.CANCELLING)
     return over or bool(view.troubled - {"wind"}) or view.stalled_until_s > begun_s
 
 
@@ -905,7 +921,11 @@ def passed_waypoints_were_passed(feedback: GoalFeedback, view: View, now_s: floa
         return True
     # The firmwares cut corners, a PX4 by its NAV_ACC_RAD of 10 m.
     near_m = 6.0 if view.craft.autopilot == "ardupilot" else 12.0
-    passed = (index for index in range(route.current) if index not in route.missed)
+    if any(index >= route.current for index in route.missed):
+        return False
+    alone = goal.by_mission and not goal.paused and math.isinf(min(goal.paused_s, goal.cancel_s))
+    missed = () if alone else route.missed
+    passed = (index for index in range(route.current) if index not in missed)
     return all(goal.nearest_m.get(index, 0.0) < near_m for index in passed)
 
 
@@ -1696,7 +1716,8 @@ ON_TRIAL = frozenset(
         *("a_course_stays_in_the_volume", "taken_from_a_pilot"),
         *("payload_requests_are_answered", "payload_requests_end_once"),
         *("a_device_that_is_not_there", "a_station_resumes_the_goal"),
-        *("a_goal_ends_outside_the_volume", "a_vehicle_without_positions_stops"),
+        *("a_station_pause_is_reported",),
+        *("a_goal_stops_outside_the_volume", "a_vehicle_without_positions_stops"),
         *("a_disarmed_vehicle_ends_its_goal", "an_unheard_command_is_sent_again"),
         *("passed_waypoints_were_passed",),
     }
