@@ -39,6 +39,7 @@ from navigation_core.tasks.flying.target_landing import OFF_MAX_M
 from navigation_core.tasks.progress import FollowState, Status
 from tests.explore.course import COMMANDS, SETPOINTS, Goal, View, speed_of
 from tests.explore.log import Asked, Entry, PayloadAsked, PayloadEnded, Truth
+from tests.explore.passages import has_passage
 from tests.explore.temporal import (
     Select,
     always,
@@ -62,6 +63,8 @@ _ANSWER_S = 4.0
 # On a good link, knowledge of a vehicle is at most this old.
 _REPORTED_S = 0.5
 _HULL_M = 0.5
+# To the posts on both sides of a path that nobody misses.
+_WIDE_M = 2.5
 # A vehicle that has been on for less shows a restart neither by its time since boot nor otherwise.
 _BOOTED_S = 3.0
 # Of latitude; and the radius of a plane's circle, which it flies twice as wide at most.
@@ -415,6 +418,16 @@ def a_mishap_of_a_first_goal(end: GoalFinished, view: View, now_s: float) -> boo
     # An obstacle on the path of a vehicle that avoids nothing is hit.
     usual = usual and view.hit_s == math.inf
     return alone and usual and not _avoids_any(goal) and end.code in _MISHAPS
+
+
+@never(_ended(OutcomeCode.NO_PATH), "docs/obstacles.md")
+def a_passage_not_found(end: GoalFinished, view: View, now_s: float) -> bool:
+    """A copter that avoids obstacles finds a path to its target where a wide one exists."""
+    goal, target = view.goal(end.goal_id), _target(view.goal(end.goal_id).request)
+    usual = not view.craft.onboard and not view.craft.server and view.copter
+    if not usual or target is None or goal.begun is None or not _undisturbed(end, view, now_s):
+        return False
+    return has_passage(view.posts, goal.begun.position_enu_m, target, _WIDE_M)
 
 
 def _avoids_any(goal: Any) -> bool:
@@ -1716,7 +1729,7 @@ ON_TRIAL = frozenset(
         *("a_course_stays_in_the_volume", "taken_from_a_pilot"),
         *("payload_requests_are_answered", "payload_requests_end_once"),
         *("a_device_that_is_not_there", "a_station_resumes_the_goal"),
-        *("a_station_pause_is_reported",),
+        *("a_station_pause_is_reported", "a_passage_not_found"),
         *("a_goal_stops_outside_the_volume", "a_vehicle_without_positions_stops"),
         *("a_disarmed_vehicle_ends_its_goal", "an_unheard_command_is_sent_again"),
         *("passed_waypoints_were_passed",),
