@@ -28,6 +28,7 @@ from tests.explore.scenario import Craft, Post, Scenario
 from tests.explore.sizes import largest
 from tests.support.flights.late_searches import LateSearcher
 from tests.support.flights.peer_states import moved_state
+from tests.support.messages.vehicle_clocks import Clock, with_clock
 
 _TICK_S = 0.025
 _TRUTH_S = 0.1
@@ -95,7 +96,8 @@ class Server:
             self._negotiate(self.traffic, now)
         for data in arrived:
             for message in self.codec.decode(data):
-                bridge.receive(message, now)
+                clock = self._ship.vehicle_clock
+                bridge.receive(message if clock is None else with_clock(message, clock, now), now)
         deadline = bridge.next_deadline()
         if deadline is not None and deadline <= now:
             bridge.handle_timer(now)
@@ -164,6 +166,7 @@ class Ship:
         self._recorded = NotesReader()
         self.full = self.blind = False
         self.clock_off_s = 0.0
+        self.vehicle_clock: Clock | None = None
         self.stuck: dict[str, Message] | None = None
         self._autopilot = Codec(index + 1, 1)
         self._stranger = Codec(*STATION)

@@ -7,6 +7,7 @@ import random
 from dataclasses import replace
 from typing import Any
 
+from tests.explore import sources
 from tests.explore.scenario import Craft, Event, Post, Scenario
 
 SHARING_FROM = 2**40
@@ -137,6 +138,7 @@ class _Author:
             if self.mood in ("trouble", "all"):
                 self._trouble(index)
             self._pilot(index)
+            self.events += sources.drawn(self.seed, index, self.last_s)
         wind = rng.uniform(0.0, 7.0) if rng.random() < 0.4 else 0.0
         angle = rng.uniform(0.0, math.tau)
         return Scenario(

@@ -33,6 +33,7 @@ from navigation_core.tasks.inputs.velocity_command import VelocityFrame
 from tests.explore.exploration import Ship
 from tests.explore.landing_mark import MARK, LandingMark
 from tests.explore.moving_target import SOURCE, MovingTarget
+from tests.explore.sources import others_speak, vehicle_clock
 from tests.explore.stick import Stick
 
 _FACING_AHEAD = (0.0, 0.0, 0.0, 0.0)
@@ -451,5 +452,6 @@ ACTIONS: dict[str, Action] = {
         *(pilot_stick,),
         *(link, silence, full, stuck, blind, gps, glitch, battery, radio, wind, reboot),
         *(clock, stall, kill, start, shut_down, noise),
+        *(vehicle_clock, others_speak),
     )
 }
