@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from tests.explore.exploration import Ship
 
 _BEST = 3
-_COMPONENTS = (0, 2, 25, 100, 154, 156, 158, 180, 191, 236, 240, 250, 255)
+_COMPONENTS = (2, 3, 25, 100, 154, 156, 158, 180, 191, 236, 240, 250, 255)
 """Of the vehicle's system: also cameras, gimbals, an ADS-B receiver, batteries and computers"""
 
 
