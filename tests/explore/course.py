@@ -19,7 +19,7 @@ from navigation_bridge.goals.goal import (
 )
 from navigation_bridge.goals.requests import LandRequest, Request, WaypointsRequest
 from navigation_core.tasks.progress import Status
-from tests.explore.log import NOBODY, Asked, Entry, Truth
+from tests.explore.log import NOBODY, Asked, Entry, PayloadAsked, PayloadEnded, Truth
 from tests.explore.scenario import Craft, Event, Scenario
 
 SETPOINTS = ("SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT")
@@ -142,6 +142,7 @@ class View:
         target_m_s: how fast the target was then; infinite while that is not known.
         mark_enu_m: where the mark truly was when it was seen last.
         mark_s: the time of that.
+        payload_ends: how often each request to gimbal or camera was answered, by its number.
     """
 
     craft: Craft
@@ -188,6 +189,7 @@ class View:
     target_m_s: float = math.inf
     mark_enu_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     mark_s: float = -math.inf
+    payload_ends: dict[int, int] = field(default_factory=dict)
 
     def home_away_m(self, place_enu_m: Sequence[float]) -> float:
         """Return how far a place is from home, level."""
@@ -353,6 +355,10 @@ class Course:
             view.answered_s = now_s
         elif isinstance(output, PlanChanged):
             view.shows_path = bool(output.path_enu_m)
+
+    def _payload(self, view: View, value: PayloadAsked | PayloadEnded, now_s: float) -> None:
+        if isinstance(value, PayloadEnded):
+            view.payload_ends[value.number] = view.payload_ends.get(value.number, 0) + 1
 
     def _happening(self, view: View, event: Event, now_s: float) -> None:
         what, goal = event.what, view.active
