@@ -56,7 +56,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "            self._report.ended(previous, replaced, now)\n", "            pass\n",
     ),
     Mutant("a pilot is not noticed", _EVENTS,
-           "            self._parts.stations.take_away(goal, event.name, now)",
+           "            self._parts.stations.take_away(goal, event.name, now, mode_number)",
            "            pass"),
     Mutant("a restart is not noticed", _EVENTS,
            '        self._engine.abandon(OutcomeCode.VEHICLE_REBOOTED, text, now)', "        pass"),
