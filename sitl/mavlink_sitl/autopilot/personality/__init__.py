@@ -128,6 +128,7 @@ class Personality:
             have any.
         reports_parameter_errors: PARAM_ERROR answers where the recorded releases are silent.
         removed_commands: MAV_CMDs that the recorded release obeys and this one does not know.
+        added_commands: the other way round.
         signs_by_specification: a PX4 takes no other key while armed, and four kinds of messages
             without a signature.
     """
@@ -167,6 +168,7 @@ class Personality:
     changes: tuple[str, ...] = ()
     used_params: Mapping[int, UsedParams] = field(default_factory=dict)
     removed_commands: frozenset[int] = frozenset()
+    added_commands: frozenset[int] = frozenset()
     reports_parameter_errors: bool = False
     signs_by_specification: bool = False
 
