@@ -7,10 +7,15 @@ import random
 from dataclasses import replace
 from typing import Any
 
+from tests.explore.liar import LIES
+from tests.explore.misreports import MISREPORTS
 from tests.explore.scenario import Craft, Event, Post, Scenario
 
 SHARING_FROM = 2**40
 """Seeds from here on are copters that share traffic"""
+
+LYING = 2**39
+"""Seeds with this bit are the same with somebody who lies"""
 
 _HOMES = (
     (-35.363261, 149.165230, 584.0),
@@ -113,6 +118,8 @@ class _Author:
     """Writes one scenario."""
 
     def __init__(self, seed: int) -> None:
+        self.lying = bool(seed & LYING)
+        seed &= ~LYING
         self.rng = random.Random(seed)
         self.seed = seed
         self.events: list[Event] = []
@@ -137,6 +144,8 @@ class _Author:
             if self.mood in ("trouble", "all"):
                 self._trouble(index)
             self._pilot(index)
+            if self.lying:
+                self._lies(index)
         wind = rng.uniform(0.0, 7.0) if rng.random() < 0.4 else 0.0
         angle = rng.uniform(0.0, math.tau)
         return Scenario(
@@ -411,6 +420,23 @@ class _Author:
             lasts_s = rng.choice((0.3, 3.0, 30.0)) * rng.uniform(0.5, 1.5)
             self._add(begun_s + lasts_s, craft, "radio", lost=False)
 
+    def _lies(self, craft: int) -> None:
+        """Frames with the vehicle's ids: a stream, slower or faster than its own, or single ones.
+
+        A second one may begin as the first has ended, and goals are asked for meanwhile.
+        """
+        rng = random.Random(f"lies {self.seed} {craft}")
+        at_s = rng.uniform(0.0, 25.0)
+        for _ in range(rng.choice((1, 2, 3))):
+            claim, period_s = rng.choice(tuple(LIES)), rng.choice((0.0, 0.05, 0.2, 0.7, 2.0, 5.0))
+            self._add(at_s, craft, "lie", claim=claim, period=period_s)
+            lasts_s = rng.uniform(5.0, 40.0)
+            if rng.random() < 0.7:
+                self._add(at_s + 0.8 * lasts_s, craft, rng.choice(("land", "go_home", "takeoff")))
+            at_s += lasts_s
+            self._add(at_s, craft, "lie")
+            at_s += rng.uniform(0.0, 20.0)
+
     def _trouble(self, craft: int) -> None:
         rng = self.rng
         for _ in range(rng.choice((0, 1, 1, 2, 3))):
@@ -486,6 +512,8 @@ class _TrafficAuthor:
     """
 
     def __init__(self, seed: int) -> None:
+        self._lying = bool(seed & LYING)
+        seed &= ~LYING
         self._seed = seed
         self._rng = random.Random(seed)
         self._events: list[Event] = []
@@ -514,6 +542,8 @@ class _TrafficAuthor:
                 self._add(begun_s + rng.uniform(1.0, 15.0), craft, "resume")
             self._add(return_s + rng.choice((0.0, 0.0, 0.5)), craft, "go_home")
             self._hang(craft, rng.choice((0.0, swap_s)), return_s + 10.0)
+        if self._lying:
+            self._misreports(count, return_s + 20.0)
         events = tuple(sorted(self._events, key=lambda event: event.time_s))
         return Scenario(self._seed, tuple(crafts), events, shares_traffic=True)
 
@@ -524,6 +554,13 @@ class _TrafficAuthor:
         """Send a vehicle to where one stood at first; its map begins where it stood itself."""
         (east, north), (x, y) = _SHARED_PLACES_M[place], _SHARED_PLACES_M[craft]
         self._add(time_s, craft, "navigate", place=[east - x, north - y, height_m])
+
+    def _misreports(self, count: int, last_s: float) -> None:
+        """Let the last server report to the others, for a while, what is not so."""
+        rng = random.Random(f"misreports {self._seed}")
+        begun_s = rng.uniform(0.0, last_s)
+        self._add(begun_s, count - 1, "misreport", claim=rng.choice(MISREPORTS))
+        self._add(rng.uniform(begun_s, last_s), count - 1, "misreport")
 
     def _hang(self, craft: int, time_s: float, last_s: float) -> None:
         """Let a server stand still again and again, or be killed and started once."""
