@@ -119,7 +119,7 @@ class _Author:
 
     def __init__(self, seed: int) -> None:
         self.lying = bool(seed & LYING)
-        seed &= ~LYING
+        self.whole_seed, seed = seed, seed & ~LYING
         self.rng = random.Random(seed)
         self.seed = seed
         self.events: list[Event] = []
@@ -149,7 +149,7 @@ class _Author:
         wind = rng.uniform(0.0, 7.0) if rng.random() < 0.4 else 0.0
         angle = rng.uniform(0.0, math.tau)
         return Scenario(
-            self.seed,
+            self.whole_seed,
             tuple(self._prepared(index, craft) for index, craft in enumerate(self.crafts)),
             tuple(sorted(self.events, key=lambda event: event.time_s)),
             posts,
@@ -513,7 +513,7 @@ class _TrafficAuthor:
 
     def __init__(self, seed: int) -> None:
         self._lying = bool(seed & LYING)
-        seed &= ~LYING
+        self._whole_seed, seed = seed, seed & ~LYING
         self._seed = seed
         self._rng = random.Random(seed)
         self._events: list[Event] = []
@@ -545,7 +545,7 @@ class _TrafficAuthor:
         if self._lying:
             self._misreports(count, return_s + 20.0)
         events = tuple(sorted(self._events, key=lambda event: event.time_s))
-        return Scenario(self._seed, tuple(crafts), events, shares_traffic=True)
+        return Scenario(self._whole_seed, tuple(crafts), events, shares_traffic=True)
 
     def _add(self, time_s: float, craft: int, what: str, **how: Any) -> None:
         self._events.append(Event(round(time_s, 2), craft, what, how))

@@ -71,7 +71,7 @@ def test_no_goal_begins_while_reports_contradict_each_other(autopilot: str) -> N
     lied = LiedAbout(autopilot)
     lied.lie_for(5.0, 0.3)
     flight = lied.flight
-    flight.run_for(1.5)
+    flight.run_for(2.5)
     rejection = flight.check(flight.request(5.0, 5.0, 6.0))
     assert rejection is not None
     assert rejection.code is OutcomeCode.NO_POSITION, rejection.message

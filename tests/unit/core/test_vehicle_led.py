@@ -93,7 +93,7 @@ def test_on_the_ground_and_disarmed_is_success(goal: VehicleLedGoal) -> None:
 
 @pytest.mark.parametrize("goal", [LAND, RETURN_TO_LAUNCH])
 def test_a_landing_that_is_denied_is_none(goal: VehicleLedGoal) -> None:
-    """Somebody on the link can send a landing, but the vehicle's own HEARTBEATs go on."""
+    """Somebody on the link can send a landing, but the vehicle's own HEARTBEATs deny it."""
     task = under_way(goal)
     down = replace(FLYING, position_enu_m=(0.5, 0.5, 9.0), airborne=False, armed=False)
     for second in range(3, 9):

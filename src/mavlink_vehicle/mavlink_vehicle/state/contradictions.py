@@ -1,9 +1,9 @@
 """Judges whether reports from the vehicle's ids contradict each other. Pure.
 
-Who sends frames with the vehicle's ids beside it is not told from it by any single one. But the
-vehicle's own reports go on: what was reported is taken back within the time between two reports of
-its kind, again and again. A vehicle is not armed and disarmed by turns, nor does its home, its
-position or its charge go to and fro.
+A single frame does not show that somebody else has sent it with the vehicle's ids. But the vehicle
+continues to report: the other report is taken back within the time between two of its kind, again
+and again. A vehicle is not armed and disarmed by turns, nor does its home, its position or its
+charge go to and fro.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from mavlink_vehicle.state.restarts import beat_changes
 from mavlink_vehicle.state.signs import radio_ok
 from mavlink_vehicle.state.status_text import add_chunk, expire
 from mavlink_vehicle.state.telemetry import Battery
-from mavlink_vehicle.state.vehicle_state import Changes, VehicleState, evolve
+from mavlink_vehicle.state.vehicle_state import Changes, VehicleState, evolve, with_rest
 
 _BOOT = mavlink.MAV_STATE_BOOT
 _UINT16_MAX = 0xFFFF
@@ -54,7 +54,7 @@ def heartbeat(
         booting=message.system_status == _BOOT,
         now=now,
     )
-    return evolve(state, changes)
+    return with_rest(evolve(state, changes), now)
 
 
 def current_mode(
@@ -117,14 +117,16 @@ def sys_status(
 
 
 def extended_sys_state(
-    state: VehicleState, message: mavlink.MAVLink_extended_sys_state_message, _now: float
+    state: VehicleState, message: mavlink.MAVLink_extended_sys_state_message, now: float
 ) -> VehicleState:
     """Process the landed state."""
     try:
         landed = LandedState(message.landed_state)
     except ValueError:  # a state that a newer dialect may define
         landed = LandedState.UNDEFINED
-    return state if landed is state.landed_state else evolve(state, {"landed_state": landed})
+    if landed is state.landed_state:
+        return state
+    return with_rest(evolve(state, {"landed_state": landed}), now)
 
 
 def fence_status(
