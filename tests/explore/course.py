@@ -55,6 +55,7 @@ _DENIED: dict[str, Callable[[Truth], bool]] = {
     "elsewhere": lambda truth: truth.armed and not truth.on_ground,
 }
 """The lies that the vehicle's own reports deny again and again, and when they do"""
+_OF_FLYING = frozenset({"landed", "down", "airborne"})
 
 
 @dataclass
@@ -307,7 +308,10 @@ class Course:
             view.homes_enu_m += (truth.position_enu_m[:2],)
         if truth.mode != view.truth.mode:
             view.mode_s = now_s
-        is_denied = not view.craft.signed and view.lie in _DENIED and _DENIED[view.lie](truth)
+        # What does not fly need not report whether it stands on the ground.
+        reports = view.craft.kind in ("copter", "plane") or view.lie not in _OF_FLYING
+        is_heard = reports and not view.craft.signed and view.lie in _DENIED
+        is_denied = is_heard and _DENIED[view.lie](truth)
         view.denied_s = min(view.denied_s, now_s) if is_denied else math.inf
         if truth.collided:
             view.hit_s = min(view.hit_s, now_s)

@@ -41,12 +41,12 @@ class LiedAbout:
             self.liar("EXTENDED_SYS_STATE", landed_state=mavlink.MAV_LANDED_STATE_ON_GROUND),
         )
 
-    def lie_for(self, seconds: float, period_s: float) -> None:
+    def lie_for(self, seconds: float, period_s: float, lies: slice = slice(None)) -> None:
         """Have it lied about for a while."""
         flight = self.flight
         end_s = flight.now + seconds
         while flight.now < end_s:
-            for message in self.down():
+            for message in self.down()[lies]:
                 flight.bridge.receive(message, flight.now)
             flight.run_for(period_s)
 
@@ -79,3 +79,16 @@ def test_no_goal_begins_while_reports_contradict_each_other(autopilot: str) -> N
     flight.run_for(20.0)
     end = flight.run_to_end(flight.send(5.0, 5.0, 6.0))
     assert end.code is OutcomeCode.SUCCESS, end.message
+
+
+@pytest.mark.parametrize("ahead", [0, 60, 120, 200])
+def test_a_sender_with_sequence_numbers_of_its_own_is_found_wherever_these_are(ahead: int) -> None:
+    """Numbers behind the vehicle's make its HEARTBEATs look late, those ahead the vehicle's own."""
+    lied = LiedAbout("ardupilot")
+    flight = lied.flight
+    for _ in range(ahead):
+        lied.liar("SYSTEM_TIME")
+    lied.lie_for(8.0, 0.7, slice(1))
+    rejection = flight.check(flight.request(5.0, 5.0, 14.0))
+    assert rejection is not None
+    assert "its reports contradict each other" in rejection.message, rejection.message

@@ -52,7 +52,7 @@ class _Fact(NamedTuple):
 
 
 def _armed(state: VehicleState) -> _Value | None:
-    return None if state.last_heartbeat_s is None else (float(state.armed),)
+    return None if state.last_heartbeat_s is None else (float(state.armed_heard),)
 
 
 def _on_ground(state: VehicleState) -> _Value | None:
@@ -85,7 +85,7 @@ def _home_m(state: VehicleState) -> _Value | None:
 
 
 _FACTS = (
-    _Fact("armed and disarmed", "armed", _armed, 0.5),
+    _Fact("armed and disarmed", "armed_heard", _armed, 0.5),
     _Fact("on the ground and in the air", "landed_state", _on_ground, 0.5),
     _Fact("with a GPS fix and without one", "gps", _fixed, 0.5),
     _Fact("with two charges of its battery", "battery_summary", _charge, _SHARE_OFF),

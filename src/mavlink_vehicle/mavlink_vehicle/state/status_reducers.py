@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_vehicle.codec import is_mavlink_1, mavlink
+from mavlink_vehicle.codec import Message, is_mavlink_1, mavlink
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.state.batteries import deciding, fraction, read_battery, with_battery
 from mavlink_vehicle.state.identity import is_vehicle
@@ -39,6 +39,7 @@ def heartbeat(
         "last_heartbeat_s": now,
         "heartbeats_1": state.heartbeats_1 + 1 if is_mavlink_1(message) else 0,
         "armed": bool(message.base_mode & _ARMED_FLAG),
+        "armed_heard": bool(message.base_mode & _ARMED_FLAG),
         "base_mode": message.base_mode,
         "custom_mode": message.custom_mode,
         "heartbeat_mode": message.custom_mode,
@@ -55,6 +56,17 @@ def heartbeat(
         now=now,
     )
     return with_rest(evolve(state, changes), now)
+
+
+def with_late_beat(state: VehicleState, message: Message) -> VehicleState:
+    """Return the state after a HEARTBEAT that by its sequence number is older than the last one.
+
+    It may be that of another sender with the same ids, which has numbers of its own.
+    """
+    if not isinstance(message, mavlink.MAVLink_heartbeat_message):
+        return state
+    armed = bool(message.base_mode & _ARMED_FLAG)
+    return state if armed is state.armed_heard else evolve(state, {"armed_heard": armed})
 
 
 def current_mode(

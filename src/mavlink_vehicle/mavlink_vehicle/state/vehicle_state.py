@@ -112,6 +112,7 @@ class VehicleState:
         last_heartbeat_s: when the last HEARTBEAT came.
         heartbeats_1: how many of the last HEARTBEATs, in a row, came in MAVLink 1.
         armed: the armed flag of HEARTBEAT.
+        armed_heard: the same of the last one that arrived, however late by its sequence number.
         base_mode: as sent.
         custom_mode: as sent; its meaning depends on the firmware.
         intended_mode: the mode that was chosen, of CURRENT_MODE; 0 when not reported.
@@ -155,6 +156,7 @@ class VehicleState:
     last_heartbeat_s: float | None = None
     heartbeats_1: int = 0
     armed: bool = False
+    armed_heard: bool = False
     base_mode: int = 0
     custom_mode: int = 0
     intended_mode: int = 0
