@@ -194,7 +194,7 @@ def drawn(seed: int) -> Layout:
         if _has_path(way, standing):
             break
     obstacles = (*standing, _mover(rng, standing)) if seed % 3 == 2 else standing
-    speed_m_s, reach_m = SPEEDS_M_S[seed % 3], REACHES_M[seed // 3 % 2]
+    speed_m_s, reach_m = SPEEDS_M_S[seed // 3 % 3], REACHES_M[seed // 9 % 2]
     return Layout(f"layout {seed}", way, obstacles, speed_m_s, reach_m)
 
 

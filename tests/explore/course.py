@@ -19,7 +19,7 @@ from navigation_bridge.goals.goal import (
 )
 from navigation_bridge.goals.requests import LandRequest, Request, WaypointsRequest
 from navigation_core.tasks.progress import Status
-from tests.explore.log import NOBODY, Asked, Entry, Truth
+from tests.explore.log import NOBODY, Asked, Entry, PayloadAsked, PayloadEnded, Truth
 from tests.explore.scenario import Craft, Event, Scenario
 
 SETPOINTS = ("SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT")
@@ -162,6 +162,7 @@ class View:
             infinite while they do not.
         misreports: what its server reports falsely to others; empty for nothing.
         misreported: whether it ever did.
+        payload_ends: how often each request to gimbal or camera was answered, by its number.
     """
 
     craft: Craft
@@ -213,6 +214,7 @@ class View:
     denied_s: float = math.inf
     misreports: str = ""
     misreported: bool = False
+    payload_ends: dict[int, int] = field(default_factory=dict)
 
     def home_away_m(self, place_enu_m: Sequence[float]) -> float:
         """Return how far a place is from home, level."""
@@ -383,6 +385,10 @@ class Course:
             view.answered_s = now_s
         elif isinstance(output, PlanChanged):
             view.shows_path = bool(output.path_enu_m)
+
+    def _payload(self, view: View, value: PayloadAsked | PayloadEnded, now_s: float) -> None:
+        if isinstance(value, PayloadEnded):
+            view.payload_ends[value.number] = view.payload_ends.get(value.number, 0) + 1
 
     def _happening(self, view: View, event: Event, now_s: float) -> None:
         what, goal = event.what, view.active

@@ -18,14 +18,20 @@ from navigation_bridge.configuration.make_config import ServerConfig, make_confi
 from navigation_bridge.goals.goal import Annotation, GoalFeedback, GoalFinished
 from navigation_bridge.goals.requests import Request
 from navigation_bridge.recording.recorded_notes import NotesReader
+from navigation_bridge.requests.payload_requests import (
+    PayloadDone,
+    PayloadRequests,
+    PointGimbalRequest,
+)
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
 from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.progress import Status
 from navigation_core.tasks.traffic.negotiation import Negotiation, PeerState
 from tests.explore.liar import Liar
-from tests.explore.log import NOBODY, Asked, Log, Truth
+from tests.explore.log import NOBODY, Asked, Log, PayloadAsked, PayloadEnded, Truth
 from tests.explore.misreports import misreported
+from tests.explore.releases import as_named
 from tests.explore.scenario import Craft, Post, Scenario
 from tests.explore.sizes import largest
 from tests.support.flights.late_searches import LateSearcher
@@ -36,6 +42,10 @@ _TRUTH_S = 0.1
 _READY_S = 90.0
 _KEY = bytes(range(KEY_SIZE))
 _UNIX_S = 1_800_000_000.0
+_GIMBAL = {
+    "ardupilot": {"MNT1_TYPE": 1.0},
+    "px4": {"MNT_MODE_IN": 4.0, "MNT_RANGE_PITCH": 180.0},
+}
 _PLACES = {
     "LOCAL_POSITION_NED": ("x", "y", "z", "vx", "vy", "vz"),
     "GLOBAL_POSITION_INT": ("lat", "lon", "alt", "relative_alt", "vx", "vy", "vz"),
@@ -305,6 +315,24 @@ class Ship:
         self.server.collect()
         return goal_id
 
+    def ask_payload(self, request: PointGimbalRequest | None) -> None:
+        """Let a client point the gimbal, or take a photo."""
+        if self.server is None:
+            return
+        number, now = self.next_number(), self._flight.now_s
+        what = "photo" if request is None else "point"
+        self.log("payload", PayloadAsked(number, what))
+        requests = self.server.bridge.feature(PayloadRequests)
+
+        def done(answer: PayloadDone) -> None:
+            self.log("payload", PayloadEnded(number, what, answer.code, answer.message))
+
+        if request is None:
+            requests.take_photo(done, now)
+        else:
+            requests.point(request, done, now)
+        self.server.collect()
+
     def hear_station(self, message: Message, through_server: bool, signed: bool = True) -> None:
         """Let a ground station send something."""
         data = (self._station if signed else self._stranger).encode(message)
@@ -445,13 +473,21 @@ def _vehicle_name(index: int) -> str:
 
 def _vehicle(craft: Craft) -> VehicleConfig:
     own = {"MIS_TKO_LAND_REQ": 0.0} if (craft.autopilot, craft.kind) == ("px4", "plane") else {}
+    if craft.gimbal:
+        own |= _GIMBAL[craft.autopilot]
+    px4 = craft.autopilot == "px4"
+    if craft.camera and not px4:
+        own["CAM1_TYPE"] = 1.0
+    named = (as_named(craft, name, value) for name, value in craft.onboard.items())
     return VehicleConfig(
         vehicle=craft.kind,
         autopilot=craft.autopilot,
+        firmware=craft.firmware,
         home=GeoPoint(*craft.home),
         ready_after_s=1.0,
         battery_remaining=craft.battery,
-        parameters={**own, **craft.onboard},
+        parameters={**own, **dict(each for each in named if each is not None)},
+        photo_camera=craft.camera and px4,
     )
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from tests.explore.liar import LIES
 from tests.explore.misreports import MISREPORTS
+from tests.explore.releases import RELEASES
 from tests.explore.scenario import Craft, Event, Post, Scenario
 
 SHARING_FROM = 2**40
@@ -168,6 +169,8 @@ class _Author:
             if self.mood in ("trouble", "all"):
                 self._trouble(index)
             self._pilot(index)
+            self._release(index)
+            self._payload(index)
             if self.lying:
                 self._lies(index)
             if self.unsafe:
@@ -446,6 +449,45 @@ class _Author:
             lasts_s = rng.choice((0.3, 3.0, 30.0)) * rng.uniform(0.5, 1.5)
             self._add(begun_s + lasts_s, craft, "radio", lost=False)
 
+    def _release(self, craft: int) -> None:
+        """Another release of the firmware for one vehicle in two, without a draw."""
+        rng = random.Random(f"release {self.seed} {craft}")
+        if rng.random() < 0.5:
+            held = self.crafts[craft]
+            firmware = rng.choice(RELEASES[held.autopilot])
+            self.crafts[craft] = replace(held, firmware=firmware)
+
+    def _payload(self, craft: int) -> None:
+        """A camera, a gimbal or both for one vehicle in four, without a draw, and what uses them.
+
+        A vehicle that has neither gets requests, too, in one scenario of ten.
+        """
+        rng = random.Random(f"payload {self.seed} {craft}")
+        draw = rng.random()
+        if draw > 0.35:
+            return
+        if draw < 0.25:
+            camera, gimbal = rng.choice(((True, False), (False, True), (True, True), (True, True)))
+            self.crafts[craft] = replace(self.crafts[craft], camera=camera, gimbal=gimbal)
+            self.events = [_with_looks(event, craft, rng) for event in self.events]
+        for _ in range(rng.choice((1, 3, 6))):
+            t = rng.uniform(0.0, self.last_s)
+            if rng.random() < 0.4:
+                self._add(t, craft, "photo")
+                continue
+            how: dict[str, Any] = {"mode": rng.choice(("ANGLE", "ANGLE", "POINT", "NONE"))}
+            if how["mode"] == "ANGLE":
+                how["pitch"] = rng.choice((-math.pi / 2, -0.5, 0.0, 0.3, 1.4, rng.uniform(-2, 2)))
+                how["yaw"], how["locked"] = rng.uniform(-7.0, 7.0), rng.random() < 0.4
+                if rng.random() < 0.1:
+                    how[rng.choice(("pitch", "yaw"))] = rng.choice(_BAD_NUMBERS)
+            elif how["mode"] == "POINT":
+                how["target"] = [round(rng.uniform(-50.0, 50.0), 1) for _ in range(3)]
+                how["frame"] = rng.choice(("map", "map", "base_link", "wgs84", "moon"))
+                if rng.random() < 0.1:
+                    how["target"][rng.randrange(3)] = rng.choice(_BAD_NUMBERS)
+            self._add(t, craft, "point", **how)
+
     def _unsafe(self, craft: int) -> None:
         """Soon after each goal is asked for: settings, another mission or home, flicked modes."""
         rng = random.Random(f"unsafe {self.seed} {craft}")
@@ -653,6 +695,15 @@ def _acts(places: list[list[float]]) -> list[str]:
         "bad",
     )
     return [rng.choice(names[: rng.choice((7, 7, 10))]) for _ in range(rng.choice((1, 2, 3)))]
+
+
+def _with_looks(event: Event, craft: int, rng: random.Random) -> Event:
+    """Return an event; a route of this vehicle may use its gimbal and its camera."""
+    if event.craft != craft or event.what != "route" or rng.random() < 0.3:
+        return event
+    names = ("look", "look at", "look north", "look ahead", "photo", "trigger", "wait", "grip")
+    acts = [rng.choice(names) for _ in range(rng.choice((1, 2, 4)))]
+    return replace(event, how={**event.how, "acts": acts})
 
 
 def _turning(places: list[list[float]]) -> dict[str, float]:

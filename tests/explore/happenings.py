@@ -23,17 +23,20 @@ from navigation_bridge.goals.requests import (
     OffsetFrame,
     OrbitRequest,
     OrbitYaw,
+    PointMode,
     ReturnRequest,
     TakeoffRequest,
     VelocityRequest,
     WaypointRequest,
     WaypointsRequest,
 )
+from navigation_bridge.requests.payload_requests import GimbalMode, PointGimbalRequest
 from navigation_core.tasks.inputs.velocity_command import VelocityFrame
 from tests.explore.exploration import Ship
 from tests.explore.landing_mark import MARK, LandingMark
 from tests.explore.liar import Liar
 from tests.explore.moving_target import SOURCE, MovingTarget
+from tests.explore.releases import as_named
 from tests.explore.stick import Stick
 
 _FACING_AHEAD = (0.0, 0.0, 0.0, 0.0)
@@ -61,13 +64,18 @@ def navigate(
 _ACTS = {
     "bad": ActRequest(ActKind.WAIT, duration_s=math.nan),
     "in use": ActRequest(ActKind.SERVO, channel=1, pulse_us=1500),
+    "grip": ActRequest(ActKind.GRIPPER, grabs=True),
+    "look": ActRequest(ActKind.POINT, pitch_rad=-1.2, yaw_rad=0.5),
+    "look ahead": ActRequest(ActKind.POINT, point=PointMode.NEUTRAL),
+    "look at": ActRequest(ActKind.POINT, point=PointMode.POSITION, target=(5.0, 5.0, 0.0)),
+    "look north": ActRequest(ActKind.POINT, pitch_rad=-0.3, yaw_rad=math.pi / 2, yaw_locked=True),
     "needed": ActRequest(ActKind.SERVO, required=True, channel=1, pulse_us=1500),
     "photo": ActRequest(ActKind.PHOTO),
     "servo": ActRequest(ActKind.SERVO, channel=9, pulse_us=1500),
     "trigger": ActRequest(ActKind.TRIGGER_DISTANCE, distance_m=2.0),
     "wait": ActRequest(ActKind.WAIT, duration_s=2.0),
 }
-"""Acts of a route; the vehicles have neither a camera nor a gimbal"""
+"""Acts of a route; few vehicles have a camera and a gimbal"""
 
 
 def route(
@@ -193,6 +201,30 @@ def go_home(ship: Ship) -> None:
     ship.ask(ReturnRequest())
 
 
+def point(
+    ship: Ship,
+    mode: str,
+    pitch: float = 0.0,
+    yaw: float = 0.0,
+    locked: bool = False,
+    frame: str = "map",
+    target: list[float] | None = None,
+    system: int = 0,
+) -> None:
+    """A PointGimbal goal; the numbers may be anything."""
+    x, y, z = (float(v) for v in target or (0.0, 0.0, 0.0))
+    ship.ask_payload(
+        PointGimbalRequest(
+            GimbalMode[mode], float(pitch), float(yaw), locked, frame, (x, y, z), system
+        )
+    )
+
+
+def photo(ship: Ship) -> None:
+    """A client takes a photo."""
+    ship.ask_payload(None)
+
+
 def cancel(ship: Ship) -> None:
     """Cancel the active goal."""
     server = ship.server
@@ -281,7 +313,11 @@ def station_goto(ship: Ship, north_m: float, height_m: float, seen: bool = True)
 
 
 def station_param(ship: Ship, name: str, value: float, seen: bool = True) -> None:
-    """PARAM_SET, of a parameter that the vehicle has."""
+    """PARAM_SET, of a parameter that the recorded release has, as the vehicle's names it."""
+    named = as_named(ship.craft, name, value)
+    if named is None:
+        return
+    name, value = named
     kind = int(ship.sim.firmware.parameters.specs[name].type)
     number = encode_value(value, kind, ship.craft.autopilot == "px4")
     message = make(
@@ -455,6 +491,8 @@ ACTIONS: dict[str, Action] = {
             takeoff,
             land,
             go_home,
+            point,
+            photo,
             cancel,
             pause,
             resume,

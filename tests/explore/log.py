@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from navigation_core.geometry import Vector3
+from navigation_core.outcomes import OutcomeCode
 
 NOBODY = -1
 """The vehicle that is waited for by who waits for none"""
@@ -48,6 +49,24 @@ class Asked:
     request: Any
     rejection: Any
     located: bool
+
+
+@dataclass(frozen=True)
+class PayloadAsked:
+    """A client's request to the gimbal ("point") or the camera ("photo")."""
+
+    number: int
+    what: str
+
+
+@dataclass(frozen=True)
+class PayloadEnded:
+    """The answer to it."""
+
+    number: int
+    what: str
+    code: OutcomeCode
+    message: str
 
 
 @dataclass(frozen=True)

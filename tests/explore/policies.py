@@ -38,7 +38,7 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.flying.target_landing import OFF_MAX_M
 from navigation_core.tasks.progress import FollowState, Status
 from tests.explore.course import COMMANDS, SETPOINTS, Goal, View, speed_of
-from tests.explore.log import Asked, Entry, Truth
+from tests.explore.log import Asked, Entry, PayloadAsked, PayloadEnded, Truth
 from tests.explore.temporal import (
     Select,
     always,
@@ -627,7 +627,7 @@ def _moves_a_stick(entry: Entry, view: View) -> bool:
     obeys = view.copter and view.craft.sticks
     if not (obeys and happens("pilot_stick", entry) and abs(entry.value.how["forward"]) > 0.3):
         return False
-    in_offboard = view.truth.mode == _CONTROL["px4"]
+    in_offboard = view.truth.mode == _CONTROL["px4"] and view.craft.firmware != "px4-1.18"
     return not in_offboard or view.craft.onboard.get("COM_RC_OVERRIDE") == 3.0
 
 
@@ -1277,7 +1277,8 @@ _ABOVE_HOME = (mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_R
 @always(_ITEMS, "MAV_FRAME, mission protocol")
 def mission_items_are_near(item: Message, view: View, now_s: float) -> bool:
     """A place of a mission that is sent is a few kilometres from home, and no mountain."""
-    if item.mission_type != 0 or item.x == item.y == 0:
+    has_place = item.frame != mavlink.MAV_FRAME_MISSION and not item.x == item.y == 0
+    if item.mission_type != 0 or not has_place:
         return True
     latitude_deg, longitude_deg, altitude_m = view.craft.home
     east_deg = (1e-7 * item.y - longitude_deg + 180.0) % 360.0 - 180.0
@@ -1609,6 +1610,33 @@ def paths_go_with_goals(view: View, goal_id: str, begun_s: float, now_s: float) 
     return not view.shows_path or view.active is not None or view.server_s > begun_s
 
 
+_PAYLOAD_ENDED = Select("payload", lambda v: v if isinstance(v, PayloadEnded) else None)
+
+
+def _payload_number(entry: Entry, view: View) -> int | None:
+    return entry.value.number if isinstance(entry.value, PayloadAsked) else None
+
+
+@within(lambda view: 30.0, _payload_number, "PointGimbal.action, TakePhoto")
+def payload_requests_are_answered(view: View, number: int, begun_s: float, now_s: float) -> bool:
+    """A client's request to the gimbal or the camera is answered within 30 s."""
+    restarted = view.server_s > begun_s or not view.server
+    return number in view.payload_ends or restarted or view.stalled_until_s > begun_s
+
+
+@always(_PAYLOAD_ENDED, OURS)
+def payload_requests_end_once(end: PayloadEnded, view: View, now_s: float) -> bool:
+    """A request to the gimbal or the camera is answered once, with a sentence."""
+    return view.payload_ends[end.number] == 1 and end.message.endswith(".")
+
+
+@never(_PAYLOAD_ENDED, OURS)
+def a_device_that_is_not_there(end: PayloadEnded, view: View, now_s: float) -> bool:
+    """Nothing succeeds by a gimbal or a camera that the vehicle has not."""
+    has = view.craft.camera if end.what == "photo" else view.craft.gimbal
+    return end.code is OutcomeCode.SUCCESS and not has
+
+
 POLICIES = policies()
 
 ON_TRIAL = frozenset(
@@ -1623,6 +1651,8 @@ ON_TRIAL = frozenset(
         *("a_course_stays_in_the_volume", "taken_from_a_pilot"),
         *("a_success_on_contradictory_reports", "a_goal_accepted_on_contradictory_reports"),
         *("a_landing_by_a_lie", "a_meeting_because_of_another"),
+        *("payload_requests_are_answered", "payload_requests_end_once"),
+        *("a_device_that_is_not_there",),
     }
 )
 """New or changed: their violations are reported, but fail nothing until they have judged a thousand

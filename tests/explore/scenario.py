@@ -17,12 +17,15 @@ class Craft:
         autopilot: "ardupilot" or "px4".
         home: latitude and longitude (degrees), altitude above mean sea level (m).
         battery: charge at start, 0 to 1.
-        onboard: autopilot parameters other than the defaults.
+        onboard: autopilot parameters other than the defaults, as the recorded release names them.
         server: server parameters other than the defaults.
         search_s: how long each search for a path takes.
         chatty: whether the autopilot sends its usual streams, too, and not only what is asked for.
         signed: whether vehicle, server and ground station sign.
         sticks: whether a PX4's pilot has a transmitter, with the sticks centred at first.
+        firmware: the release; empty for the recorded one.
+        camera: whether it has a camera.
+        gimbal: whether it has a gimbal.
     """
 
     kind: str = "copter"
@@ -35,6 +38,9 @@ class Craft:
     signed: bool = False
     chatty: bool = False
     sticks: bool = False
+    firmware: str = ""
+    camera: bool = False
+    gimbal: bool = False
 
 
 @dataclass(frozen=True)

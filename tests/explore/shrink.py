@@ -7,6 +7,9 @@ from dataclasses import replace
 
 from tests.explore.scenario import Craft, Event, Scenario
 
+_USUAL = ("battery", "chatty", "signed", "firmware", "camera", "gimbal", "search_s", "home")
+"""Of a vehicle: what is tried as it usually is, in this order"""
+
 
 def shrink(
     scenario: Scenario, fails: Callable[[Scenario], bool], tries: int = 200
@@ -77,13 +80,7 @@ def _plainer(craft: Craft) -> Iterator[Craft]:
         yield replace(craft, server={k: v for k, v in craft.server.items() if k != name})
     for name in craft.onboard:
         yield replace(craft, onboard={k: v for k, v in craft.onboard.items() if k != name})
-    if craft.battery != 1.0:
-        yield replace(craft, battery=1.0)
-    if craft.chatty:
-        yield replace(craft, chatty=False)
-    if craft.signed:
-        yield replace(craft, signed=False)
-    if craft.search_s:
-        yield replace(craft, search_s=0.0)
-    if craft.home != Craft().home:
-        yield replace(craft, home=Craft().home)
+    usual = Craft()
+    for name in _USUAL:
+        if getattr(craft, name) != getattr(usual, name):
+            yield replace(craft, **{name: getattr(usual, name)})

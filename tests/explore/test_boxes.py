@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -102,5 +103,14 @@ def test_layouts_keep_the_rules() -> None:
 @pytest.mark.parametrize("seed", [0, 1, 3])
 def test_a_layout_is_flown_without_coming_too_near(seed: int) -> None:
     flown = boxes.fly(boxes.drawn(seed), boxes.FIRMWARES[seed % 2], seed)
+    assert flown.verdict == "SUCCESS"
+    assert flown.nearest_m >= boxes.SAFE_M
+
+
+@pytest.mark.wide
+def test_a_brake_does_not_end_in_the_way_of_what_is_not_yet_seen_to_move() -> None:
+    # It was hit: the soft brake for the box behind ended where the mover then came to.
+    layout = replace(boxes.drawn(41), speed_m_s=8.0, reach_m=15.0)
+    flown = boxes.fly(layout, "px4", 41)
     assert flown.verdict == "SUCCESS"
     assert flown.nearest_m >= boxes.SAFE_M

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain, product
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +12,15 @@ from tests.explore.__main__ import drawn, policy_table
 from tests.explore.check import Checker
 from tests.explore.coverage import Reached, compile_marked, statement_lines
 from tests.explore.defects import MUTANTS, planted
+from tests.explore.exploration import Exploration
 from tests.explore.explorer import explore_seed
 from tests.explore.generate import scenario_of
 from tests.explore.hunt import Fate, hunt
+from tests.explore.log import Log
 from tests.explore.mutants import defect_of
 from tests.explore.planting import source_of
 from tests.explore.policies import ON_TRIAL, POLICIES
+from tests.explore.releases import RELEASES
 from tests.explore.run import fly
 from tests.explore.scenario import Craft, Event, Scenario
 from tests.explore.shrink import shrink
@@ -81,6 +85,18 @@ def test_one_seed_in_eight_is_of_shared_traffic() -> None:
     assert len(set(seeds)) == 80
     assert sum(scenario_of(seed).shares_traffic for seed in seeds) == 10
     assert list(drawn(13, 80, 0)) == list(range(13, 93))
+
+
+def test_all_releases_and_devices_are_drawn_and_each_has_its_parameters() -> None:
+    crafts = [craft for seed in range(150) for craft in scenario_of(seed).crafts]
+    assert {craft.firmware for craft in crafts} == {"", *chain(*RELEASES.values())}
+    assert {(craft.camera, craft.gimbal) for craft in crafts} == set(
+        product((False, True), repeat=2)
+    )
+    renamed = [c for c in crafts if c.firmware == "ardupilot-4.7" and "RTL_ALT" in c.onboard]
+    flight = Exploration(Scenario(1, (renamed[0],)), Log())
+    value = flight.ships[0].sim.parameters["RTL_ALT_M"]
+    assert value == pytest.approx(0.01 * renamed[0].onboard["RTL_ALT"])
 
 
 def test_shrinking_keeps_what_fails_and_drops_the_rest() -> None:

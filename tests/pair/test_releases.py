@@ -6,7 +6,7 @@ import pytest
 
 from flight_rehearsal.flight_parameters import VEHICLE_PARAMETERS
 from mavlink_sitl import VehicleConfig
-from mavlink_vehicle.codec import Codec, make
+from mavlink_vehicle.codec import Codec, make, mavlink
 from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.goals.requests import (
     LandRequest,
@@ -159,3 +159,78 @@ def test_a_nudge_of_a_stick_ends_a_goal_of_px4_1_18() -> None:
     assert end.code is OutcomeCode.PILOT_OVERRIDE, end.message
     assert "POSCTL" in end.message
     assert flight.now - flight.setpoint_times(0.0)[-1] > 1.0, "nothing more moves the vehicle"
+
+
+class EquippedFlight(SimulatedFlight):
+    """A flight of a PX4 1.18 with a parachute and a Remote ID beside the autopilot.
+
+    Attributes:
+        beats: the MAV_TYPEs of those whose HEARTBEATs come.
+    """
+
+    def __init__(self, **parameters: float) -> None:
+        self.beats = {mavlink.MAV_TYPE_PARACHUTE: 161, mavlink.MAV_TYPE_ODID: 236}
+        self._beat_s = 0.0
+        config = VehicleConfig(
+            autopilot="px4", firmware="px4-1.18", ready_after_s=1.0, parameters=parameters
+        )
+        super().__init__(simulated=config)
+
+    def tick(self) -> None:
+        if self.now >= self._beat_s:
+            self._beat_s = self.now + 1.0
+            for kind, component in self.beats.items():
+                beat = make("HEARTBEAT", type=kind, autopilot=8, system_status=4)
+                self.simulation.link.write(Codec(1, component).encode(beat))
+        super().tick()
+
+
+@pytest.mark.parametrize(
+    ("parameters", "lost", "code", "text"),
+    [
+        ({"COM_PARACHUTE": 2.0}, "parachute", "VEHICLE_FAILSAFE", "Parachute system lost"),
+        ({"COM_PARACHUTE": 3.0}, "parachute", "VEHICLE_FAILSAFE", "Parachute system lost"),
+        ({"COM_ARM_ODID": 3.0}, "Remote ID", "VEHICLE_FAILSAFE", "Remote ID system lost"),
+        ({"SYS_HAS_NUM_GNSS": 1.0, "COM_GNSSLOSS_ACT": 2.0}, "GPS", "FAILSAFE_GPS", "fix"),
+    ],
+    ids=["parachute, return", "parachute, land", "Remote ID", "receivers"],
+)
+def test_what_px4_1_18_loses_in_flight_ends_the_goal(
+    parameters: dict[str, float], lost: str, code: str, text: str
+) -> None:
+    """By its code, in the autopilot's words, and nothing more moves the vehicle."""
+    flight = EquippedFlight(**parameters).ready()
+    goal = flight.send(90.0, 0.0, 6.0, speed=3.0)
+    flight.run_to_status(goal, "NAVIGATING")
+    flight.run_for(2.0)
+    assert not flight.ends(goal)
+    if lost == "GPS":
+        flight.simulation.vehicles[0].lose_gps()
+    else:
+        kinds = {"parachute": mavlink.MAV_TYPE_PARACHUTE, "Remote ID": mavlink.MAV_TYPE_ODID}
+        del flight.beats[kinds[lost]]
+    end = flight.run_to_end(goal)
+    assert end.code.value == code, end.message
+    assert text in end.message
+    flight.run_for(8.0)
+    assert flight.vehicle.mode_name != "OFFBOARD"
+    assert flight.now - flight.setpoint_times(0.0)[-1] > 5.0
+
+
+def test_a_px4_1_18_that_sinks_below_its_setpoint_is_terminated_and_the_goal_ends() -> None:
+    parameters = {"FD_ALT_LOSS": 1.0, "FD_ALT_LOSS_T": 0.2, "CBRK_FLIGHTTERM": 0.0}
+    flight = EquippedFlight(**parameters).ready()
+    goal = flight.send(60.0, 0.0, 25.0, speed=2.0)
+    flight.run_to_status(goal, "NAVIGATING")
+    flight.run_for(2.0)
+    flight.simulation.vehicles[0].blow((0.0, 0.0, 15.0))
+    end = flight.run_to_end(goal)
+    assert end.code is OutcomeCode.DISARMED, end.message
+
+
+def test_what_px4_1_18_needs_to_arm_is_said_when_it_is_not_there() -> None:
+    flight = EquippedFlight(COM_PARACHUTE=2.0)
+    flight.beats.clear()
+    end = flight.ready().run_to_end(flight.send(5.0, 0.0, 4.0))
+    assert end.code is OutcomeCode.ARMING_REFUSED
+    assert "Parachute system missing" in end.message

@@ -68,6 +68,24 @@ def test_a_vehicle_whose_clock_stands_an_hour_behind_is_heard_soon(autopilot: st
     assert end.code is OutcomeCode.SUCCESS, end.message
 
 
+@pytest.mark.parametrize("firmware", ["px4-1.18", "ardupilot-4.7"])
+def test_a_key_that_comes_in_flight_disturbs_no_goal(firmware: str) -> None:
+    """Somebody sends one to a vehicle and a server without any."""
+    simulated = VehicleConfig(
+        autopilot=firmware.partition("-")[0], firmware=firmware, ready_after_s=1.0
+    )
+    flight = SimulatedFlight(simulated=simulated).ready()
+    goal = flight.send(20.0, 0.0, 3.0)
+    flight.run_to_status(goal, "NAVIGATING")
+    key = make(
+        "SETUP_SIGNING", target_system=1, target_component=1, secret_key=list(KEY),
+        initial_timestamp=NOW,
+    )  # fmt: skip
+    flight.simulation.link.write(Codec(255, 190).encode(key))
+    end = flight.run_to_end(goal)
+    assert end.code is OutcomeCode.SUCCESS, end.message
+
+
 @pytest.mark.parametrize("autopilot", FIRMWARES)
 def test_neither_silence_nor_lies_of_strangers_disturb_a_signed_goal(autopilot: str) -> None:
     """They speak as the vehicle, unsigned, with another key, and with what it said before."""

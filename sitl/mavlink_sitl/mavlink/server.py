@@ -428,6 +428,9 @@ class MavlinkServer:
         if self.vehicle.armed:
             self.vehicle.say(Severity.CRITICAL, "ERROR: Won't setup signing when armed")
             return
+        self._take_key(message)
+
+    def _take_key(self, message: Message) -> None:
         if message.initial_timestamp >= LATEST_SIGNATURE:
             return  # no clock shows that, and nothing could be signed after it
         for encoder in self._encoders:

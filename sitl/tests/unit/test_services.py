@@ -5,9 +5,12 @@ from __future__ import annotations
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
+from mavlink_sitl.autopilot.px4.safety_systems import PARACHUTE
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.mavlink.messages.known_messages import BY_KIND
 from mavlink_sitl.mavlink.messages.telemetry import BUILDERS
 from sitl_support.ground_station import ALT_HOLD, GroundStation, copter
+from sitl_support.px4_station import flying_px4, ready_px4
 
 KEY = bytes(range(32))
 NOW = 35_000_000_000_000
@@ -84,6 +87,27 @@ def test_the_key_is_not_changed_while_armed(station: GroundStation) -> None:
     station.arm()
     station.send(mav.MAVLink_setup_signing_message(1, 1, KEY, NOW))
     assert ping(station, request(mav.MAVLink(None, 255, 190))) == 1
+
+
+@pytest.mark.parametrize(("firmware", "answered"), [("px4-1.18", 1), ("px4-1.17", 0)])
+def test_a_px4_takes_another_key_while_armed_up_to_1_17(firmware: str, answered: int) -> None:
+    station = flying_px4(firmware=firmware)
+    station.send(mav.MAVLink_setup_signing_message(1, 1, KEY, NOW))
+    assert ping(station, request(mav.MAVLink(None, 255, 190))) == answered
+
+
+def test_a_px4_1_18_with_a_key_hears_unsigned_heartbeats_and_no_unsigned_key() -> None:
+    station = ready_px4(firmware="px4-1.18")
+    station.send(mav.MAVLink_setup_signing_message(1, 1, KEY, NOW))
+    unsigned = mav.MAVLink(None, srcSystem=1, srcComponent=161)
+    parachute = mav.MAVLink_heartbeat_message(mav.MAV_TYPE_PARACHUTE, 8, 0, 0, 4, 3)
+    station.vehicle.link.write(bytes(parachute.pack(unsigned)))
+    station.send(mav.MAVLink_setup_signing_message(1, 1, bytes(32), 0))
+    firmware = station.vehicle.firmware
+    assert isinstance(firmware, Px4Vehicle)
+    assert firmware.systems.is_well(PARACHUTE)
+    assert ping(station, request(mav.MAVLink(None, 255, 190))) == 0
+    assert ping(station, request(signing_station())) == 1
 
 
 def test_a_time_that_no_signature_can_hold_is_rejected(station: GroundStation) -> None:

@@ -275,6 +275,13 @@ class StoodStill:
 
 
 @dataclass(frozen=True)
+class TwinHeard:
+    """Another autopilot with the vehicle's ids is heard; `reason` is a sentence."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
 class EquipmentAnswered:
     """A request to a camera, a gimbal, a gripper or an output has ended.
 
@@ -478,6 +485,7 @@ VehicleEvent: TypeAlias = (
     | RangesMeasured
     | RangesRefused
     | StoodStill
+    | TwinHeard
     | EquipmentAnswered
     | GimbalTurned
     | PhotoReported

@@ -30,6 +30,7 @@ from mavlink_vehicle.protocols.monitoring.failsafe_watch import FailsafeWatch
 from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatSender, HeartbeatWatch
 from mavlink_vehicle.protocols.monitoring.own_gap import OwnGap
 from mavlink_vehicle.protocols.monitoring.timesync import Timesync
+from mavlink_vehicle.protocols.monitoring.twin_watch import TwinWatch
 from mavlink_vehicle.protocols.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.operations.command import CommandTiming
 from mavlink_vehicle.protocols.parameters import ParameterReader
@@ -79,6 +80,7 @@ class VehicleCore(KnownVehicle):
 
     Attributes:
         heartbeats: its HEARTBEAT, and whether that is fresh (`alive`).
+        twins: whether another autopilot with its ids is heard, too.
         own_gap: whether its mode has been seen since we stood still.
         setpoints: whether they may be sent, and their counters.
         operations: the operation in progress.
@@ -107,11 +109,9 @@ class VehicleCore(KnownVehicle):
         config = config or VehicleConfig()
         super().__init__(config)
         timing = CommandTiming(config.command_timeout_s, config.command_retries)
-        self._order = ModeOrder()
-        self._gap = StreamGap()
-        self._drag = Drag()
+        self._order, self._gap, self._drag = ModeOrder(), StreamGap(), Drag()
         self.data_age = DataAge()
-        self.heartbeats = HeartbeatWatch(config.heartbeat_timeout_s)
+        self.heartbeats, self.twins = HeartbeatWatch(config.heartbeat_timeout_s), TwinWatch()
         self.own_gap = OwnGap(lambda: self.address)
         self.setpoints = SetpointStream()
         self.rates = MessageRates(config.message_rates_hz, timing, config.optional_rates_hz)
@@ -157,6 +157,7 @@ class VehicleCore(KnownVehicle):
                 self.setpoints,
                 HeartbeatSender(config.heartbeat_interval_s, config.heartbeat_type),
                 self.heartbeats,
+                self.twins,
                 self.rates,
                 MessageRequests(_WANTED_ONCE, lambda: self.state.position_valid),
                 self.timesync,
@@ -266,17 +267,19 @@ class VehicleCore(KnownVehicle):
         """Return whether it is the vehicle's.
 
         The first HEARTBEAT is that of a vehicle of any kind. One that is better known replaces it
-        while nothing flies, also from the same ids.
+        while nothing flies, also from the same ids, as does another kind there after its end.
         """
         if not isinstance(message, _HEARTBEAT):
             return self.is_sender(message)
         system_id, state = message._header.srcSystem, self.live.known
-        rank, known = self.rank_of(message), self.rank
         flies = state.armed and self.heartbeats.alive
-        if rank > known > 0 and not flies and self.operations.pending is None:
+        if self.is_replaced_by(message, now) and not flies and self.operations.pending is None:
             self._replace_by(system_id, now)
             return True
-        return rank >= max(known, 1) and state.system_id in (0, system_id)
+        if self.is_other_kind(message):
+            self.twins.hear_other(message, now)
+            return False
+        return self.rank_of(message) >= max(self.rank, 1) and state.system_id in (0, system_id)
 
     def _replace_by(self, system_id: int, now: float) -> None:
         """Forget the vehicle that was found first, for a better one."""
@@ -292,10 +295,8 @@ class VehicleCore(KnownVehicle):
         if self.profile is None:
             return ()
         self.heartbeats.heard_s = now
-        kind = message.__class__
-        is_old = self._order.follow(
-            message._header.seq, kind is _HEARTBEAT, kind is _CURRENT_MODE, now
-        )
+        kind, place = message.__class__, message._header.seq
+        is_old = self._order.follow(place, kind is _HEARTBEAT, kind is _CURRENT_MODE, now)
         return None if is_old is None else (_MODE_FIELDS if is_old else ())
 
     def _hear_another(self, message: Message, now: float) -> None:
@@ -372,4 +373,4 @@ class VehicleCore(KnownVehicle):
 
     def _clock_answered(self, round_trip_s: float, vehicle_ns: int, now: float) -> None:
         state = self.state
-        self.data_age.answered(round_trip_s, vehicle_ns, state.boot_time_ms, state.boot_count, now)
+        self.data_age.answered(round_trip_s, vehicle_ns, state.boot_time_ms, state.clock_count, now)

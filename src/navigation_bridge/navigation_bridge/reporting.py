@@ -16,6 +16,7 @@ from mavlink_vehicle.events import (
     OperationResult,
     StatusTextReceived,
     StoodStill,
+    TwinHeard,
     VehicleDiscovered,
     VehicleEvent,
 )
@@ -289,6 +290,8 @@ class Reporter:
                 f"The server was suspended for {event.gap_s:.1f} s; it sends no motion command "
                 "until the vehicle has reported its mode again",
             )
+        elif isinstance(event, TwinHeard):
+            self.log(LogLevel.ERROR, event.reason)
         elif isinstance(event, HeartbeatLost):
             self.log(LogLevel.WARN, "No HEARTBEAT from the vehicle")
         elif isinstance(event, HeartbeatRegained):

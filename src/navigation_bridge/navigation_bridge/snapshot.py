@@ -44,6 +44,7 @@ class Snapshot(Observation):
         frame: its local frame; None until its origin is known.
         pose: its pose in the map frame, or None.
         mode_name: the autopilot's name of its mode; empty before it is found.
+        twins: a sentence about two autopilots with its ids; empty if one has them.
         one_way: whether it is heard, but answers no longer.
         unanswered_s: for how long it has answered nothing; 0 where that is of no account.
         mode_unseen: whether the server was suspended, and the mode since then is unknown.
@@ -67,6 +68,7 @@ class Snapshot(Observation):
     frame: LocalFrame | None
     pose: MapPose | None
     mode_name: str
+    twins: str
     one_way: bool
     unanswered_s: float
     mode_unseen: bool

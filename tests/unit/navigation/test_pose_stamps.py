@@ -13,6 +13,7 @@ from mavlink_vehicle.io.clock import ManualClock
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from navigation_bridge.names import SERVER_NODE_NAME
 from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.messages.vehicle_clocks import CLOCKS, OtherClock
 
 _BEGAN_S = 1_700_000_000
 
@@ -71,6 +72,28 @@ def test_a_thread_that_is_late_does_not_put_stamps_out_of_order() -> None:
     assert len(stamps_s) > 5
     assert all(earlier < later for earlier, later in pairwise(stamps_s))
     assert stamps_s == pytest.approx(measured_s, abs=0.1)
+
+
+@pytest.mark.parametrize("name", ["slow", "standing", "quick", "of 0", "set"])
+def test_stamps_do_not_hang_on_how_the_clock_of_the_vehicle_runs(name: str) -> None:
+    # One that is set back is believed after a second.
+    tolerance_s = 1.3 if name == "set" else 0.5
+    flight = SimulatedFlight()
+    flight.codec = OtherClock(flight, CLOCKS[name])
+    flight.ready().run_for(10.0)
+    clock = ManualClock()
+    node = Node(clock)
+    topics = Topics(node, flight.bridge, LinkStatistics, clock=clock)
+    for _ in range(200):
+        clock.advance_to(flight.now)
+        poses = node.topics["~/pose"].messages
+        before = len(poses)
+        topics.update(flight.now)
+        for message in poses[before:]:
+            stamp = message.header.stamp
+            assert abs(stamp.sec - _BEGAN_S + stamp.nanosec * 1e-9 - flight.now) < tolerance_s
+        flight.run_for(0.05)
+    assert len(node.topics["~/pose"].messages) > 20
 
 
 def test_streams_are_made_while_somebody_listens_only() -> None:

@@ -206,5 +206,30 @@ def test_a_clock_from_elsewhere_and_a_jittery_link_do_no_harm() -> None:
     assert elsewhere.age_s(0, 0, 118.0) == pytest.approx(18.0, abs=0.1)
 
 
+def test_a_clock_that_is_set_makes_no_old_data() -> None:
+    """The age is unknown until the new clock was compared with ours."""
+    clocks = Clocks()
+    clocks.run(20.0)
+    clocks.age.answered(0.02, 900_000_000_000, 900_000, 1, clocks.now)
+    assert clocks.age.age_s(clocks.boot_ms(clocks.now), 1, clocks.now) is None
+
+
+def test_a_clock_that_stands_says_nothing_of_an_age() -> None:
+    clocks = Clocks(rate=0.0)
+    clocks.run(20.0)
+    assert clocks.age.age_s(10_000, 0, clocks.now) is None
+    assert not clocks.age.keeps_our_time
+    assert DataAge().keeps_our_time
+
+
+@pytest.mark.parametrize(
+    ("rate", "keeps"), [(0.1, False), (0.993, True), (1.05, True), (20, False)]
+)
+def test_a_simulator_that_does_not_keep_our_time_is_known(rate: float, keeps: bool) -> None:
+    clocks = Clocks(rate)
+    clocks.run(20.0)
+    assert clocks.age.keeps_our_time is keeps
+
+
 def test_without_answers_nothing_is_said() -> None:
     assert DataAge().age_s(5_000, 0, 1_000.0) is None

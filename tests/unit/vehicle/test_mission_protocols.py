@@ -178,6 +178,7 @@ def test_every_rejection_has_a_sentence_and_the_first_one_counts(upload: Mission
     assert end is not None
     assert end.result is TransferResult.REFUSED
     assert "frame" in end.reason
+    assert end.reason.endswith(" (item 0 of the 2 sent, NAV_TAKEOFF)")
     assert upload.next_event() is None
     refusals = [n for n in mavlink.enums["MAV_MISSION_RESULT"] if 0 < n < 16]
     assert len({ack_sentence(n) for n in refusals}) == len(refusals)

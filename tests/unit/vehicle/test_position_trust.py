@@ -35,12 +35,12 @@ class Watched:
         self.trust.observe(before, self.state, self.now)
 
     def at(self, north_m: float, east_m: float = 0.0, velocity_m_s: float = 0.0,
-           later_s: float = 0.05) -> None:  # fmt: skip
+           later_s: float = 0.05, clock_step_s: float = 0.001) -> None:  # fmt: skip
         self.now += later_s
         self.take(
             self.say(
                 "GLOBAL_POSITION_INT",
-                time_boot_ms=round(1e3 * self.now),
+                time_boot_ms=round(1e3 * clock_step_s * (self.now // clock_step_s)),
                 lat=round((LATITUDE_DEG + north_m * METRE_N_DEG) * 1e7),
                 lon=round((LONGITUDE_DEG + east_m * METRE_E_DEG) * 1e7),
                 vx=round(100 * velocity_m_s),
@@ -66,6 +66,15 @@ class Watched:
 
 
 # --- jumps -----------------------------------------------------------------------------
+
+
+def test_a_clock_that_counts_whole_seconds_makes_no_jumps() -> None:
+    watched = Watched()
+    for step in range(100):
+        watched.at(0.5 * step, velocity_m_s=5.0, later_s=0.1, clock_step_s=1.0)
+    assert watched.trust.jumped_s is None
+    watched.at(70.0, velocity_m_s=5.0, later_s=0.1, clock_step_s=0.01)
+    assert watched.trust.jump_m() > 10.0
 
 
 @pytest.mark.parametrize("speed_m_s", [0.0, 5.0, 25.0])

@@ -128,6 +128,8 @@ class Personality:
             have any.
         reports_parameter_errors: PARAM_ERROR answers where the recorded releases are silent.
         removed_commands: MAV_CMDs that the recorded release obeys and this one does not know.
+        signs_by_specification: a PX4 takes no other key while armed, and four kinds of messages
+            without a signature.
     """
 
     name: str
@@ -166,6 +168,7 @@ class Personality:
     used_params: Mapping[int, UsedParams] = field(default_factory=dict)
     removed_commands: frozenset[int] = frozenset()
     reports_parameter_errors: bool = False
+    signs_by_specification: bool = False
 
     @cached_property
     def parameter_table(self) -> ParameterTable:

@@ -24,6 +24,7 @@ class Release:
         git_hash: AUTOPILOT_VERSION.flight_custom_version, 8 digits; zeros where it is not known.
         removed_commands: MAV_CMDs that the recorded one obeys and this one does not know.
         reports_parameter_errors: PARAM_ERROR tells why a parameter is not read or set.
+        signs_by_specification: see `Personality`.
     """
 
     autopilot: str
@@ -32,6 +33,7 @@ class Release:
     git_hash: str = "00000000"
     removed_commands: frozenset[int] = frozenset()
     reports_parameter_errors: bool = False
+    signs_by_specification: bool = False
 
 
 GET_HOME_POSITION, REQUEST_PROTOCOL_VERSION, REQUEST_AUTOPILOT_CAPABILITIES = 410, 519, 520
@@ -49,6 +51,7 @@ RELEASES = {
         "1.18.0",
         0x011200FF,
         reports_parameter_errors=True,
+        signs_by_specification=True,
         removed_commands=frozenset(
             {
                 GET_HOME_POSITION,
@@ -93,6 +96,7 @@ def as_release(recorded: Personality, vehicle: str, name: str) -> Personality:
         changes=tuple(file for file in files if exists(file)),
         removed_commands=release.removed_commands,
         reports_parameter_errors=release.reports_parameter_errors,
+        signs_by_specification=release.signs_by_specification,
         used_params=used,
         plan_rules=replace(rules, used_params={c: each.of_item for c, each in used.items()}),
         banner=tuple(

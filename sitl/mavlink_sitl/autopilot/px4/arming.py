@@ -40,6 +40,8 @@ class Px4Arming(Arming):
             return Result.ACCEPTED
         vehicle.feasibility.hear()
         if not force and not vehicle.can_arm():
+            for missing in vehicle.systems.missing():
+                vehicle.say(Severity.CRITICAL, f"Preflight Fail: {missing}")
             text = "Arming denied: Resolve system health failures first"
             vehicle.say(Severity.CRITICAL, text)
             return Result.TEMPORARILY_REJECTED

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.personality import px4
+from mavlink_sitl.autopilot.px4.safety_systems import PARACHUTE, REMOTE_ID
 from mavlink_sitl.autopilot.safety.failsafe import Failsafes
 from mavlink_sitl.exchange import Observation, Severity
 
@@ -28,6 +29,16 @@ HOLD_WITHOUT_FAILSAFE = 7
 """NAV_RCL_ACT of 1.18: only who flies by sticks is put into Hold, as by a change of the mode"""
 _FENCE = {1: WARN, 2: px4.LOITER, 3: px4.RTL, 4: TERMINATE, 5: px4.LAND}
 """GF_ACTION"""
+_PARACHUTE = {1: WARN, 2: px4.RTL, 3: px4.LAND}
+"""COM_PARACHUTE from 1.18 on"""
+_REMOTE_ID = {3: px4.RTL, 4: px4.LAND, 5: TERMINATE}
+"""COM_ARM_ODID"""
+_RECEIVERS = {1: px4.RTL, 2: px4.LAND, 3: TERMINATE}
+"""COM_GNSSLOSS_ACT; all others warn"""
+_NEVER_TERMINATES = 121212
+"""CBRK_FLIGHTTERM"""
+_EARLY_S = 3.0
+"""From the end of COM_SPOOLUP_TIME: until then a lost altitude disarms"""
 _OFFBOARD_LOSS = {3: px4.RTL, 4: px4.LAND, 5: px4.LOITER, 6: TERMINATE, 7: TERMINATE}
 """COM_OBL_RC_ACT; 0 to 2 are Position, Altitude and Manual, which need sticks"""
 _OFFBOARD_TO_PILOT = {0: px4.POSCTL, 1: px4.ALTCTL, 2: px4.MANUAL}
@@ -60,6 +71,12 @@ class Action:
     def gravity(self) -> int:
         """The gravest flies."""
         return _GRAVITY.get(self.mode, _PILOT_GRAVITY)
+
+
+def _lasting(mode: int) -> Action:
+    """Until somebody chooses a mode; who flies it may take over before."""
+    acts = mode not in (WARN, TERMINATE)
+    return Action(mode, lasts=acts, waits=acts)
 
 
 class Px4Failsafes(Failsafes):
@@ -182,6 +199,24 @@ class Px4Failsafes(Failsafes):
         battery = self._battery_action()
         if battery is not None:
             yield f"battery {self.battery_level}", Action(battery, waits=battery != WARN)
+        yield from self._of_systems()
+
+    def _of_systems(self) -> Iterator[tuple[str, Action]]:
+        """Those of 1.18."""
+        vehicle, p, systems = self._vehicle, self._vehicle.parameters, self._vehicle.systems
+        for system, actions, name in (
+            (PARACHUTE, _PARACHUTE, "COM_PARACHUTE"),
+            (REMOTE_ID, _REMOTE_ID, "COM_ARM_ODID"),
+        ):
+            mode = actions.get(systems.value(name))
+            if mode is not None and not systems.is_well(system):
+                yield system, _lasting(mode)
+        if p.acts("COM_GNSSLOSS_ACT") and not systems.has_receivers():
+            yield "receivers", _lasting(_RECEIVERS.get(systems.value("COM_GNSSLOSS_ACT"), WARN))
+        if systems.altitude_lost:
+            early = vehicle.now_s < vehicle.arming.armed_at_s + p["COM_SPOOLUP_TIME"] + _EARLY_S
+            warns = not early and p["CBRK_FLIGHTTERM"] == _NEVER_TERMINATES
+            yield "altitude", Action(WARN if warns else TERMINATE)
 
     @staticmethod
     def _link(cause: str, parameter: int) -> Iterator[tuple[str, Action]]:

@@ -26,6 +26,7 @@ from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.mode import HoldMode, OffboardMode, Px4Mode, TakeoffMode
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator
 from mavlink_sitl.autopilot.px4.payload import Px4Payload
+from mavlink_sitl.autopilot.px4.safety_systems import SafetySystems
 from mavlink_sitl.autopilot.px4.sticks import Sticks
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import (
@@ -70,6 +71,7 @@ class Px4Vehicle(Commander):
         calibration: of its sensors.
         was_intended: whether somebody has chosen a mode since power-up.
         sticks: of its pilot.
+        systems: that it looks after in flight.
         setpoint_at_s: when the latest usable offboard setpoint came.
         in_flight: from "Takeoff detected" to "Landing detected".
         took_off_at_s: when the former was said last.
@@ -90,6 +92,7 @@ class Px4Vehicle(Commander):
         self.setpoint_at_s = -math.inf
         self.was_intended = False
         self.sticks = Sticks(self, start.parameters)
+        self.systems = SafetySystems(self)
         self.in_flight = False
         self.took_off_at_s = -math.inf
         self.battery = Px4Battery(start.parameters)
@@ -156,6 +159,7 @@ class Px4Vehicle(Commander):
             and self.mode.spec.armable
             and self.estimator.position_ok
             and not self.fence.breached
+            and not self.systems.missing()
             and self.can_run(self.mode.spec.number)
         )
 
@@ -165,6 +169,7 @@ class Px4Vehicle(Commander):
         """Process the latest state and act; called at a fixed rate."""
         self.battery.update(observation.time_s, self.armed)
         super().update(observation)
+        self.systems.update()
         self.feasibility.holds()
         self.calibration.update()
         self._detect_flight()

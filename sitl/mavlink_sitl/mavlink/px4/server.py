@@ -13,6 +13,7 @@ from functools import partial
 
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
+from mavlink_sitl.autopilot.px4.safety_systems import PARACHUTE, REMOTE_ID
 from mavlink_sitl.autopilot.px4.sticks import ManualControl
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
@@ -78,7 +79,22 @@ COMMANDER_US = 10_000
 behind the command was accepted, after 10.8 ms"""
 STATUS_US = 500_000
 """Period at which the commander publishes vehicle_status; it also does so at each change"""
+_SAFETY_SYSTEMS = {dialect.MAV_TYPE_PARACHUTE: PARACHUTE, dialect.MAV_TYPE_ODID: REMOTE_ID}
+_WELL = (dialect.MAV_STATE_STANDBY, dialect.MAV_STATE_ACTIVE)
+_UNSIGNED = frozenset(
+    {
+        dialect.MAVLINK_MSG_ID_HEARTBEAT,
+        dialect.MAVLINK_MSG_ID_RADIO_STATUS,
+        dialect.MAVLINK_MSG_ID_ADSB_VEHICLE,
+        dialect.MAVLINK_MSG_ID_COLLISION,
+    }
+)
+"""What a 1.18 with a key takes without a signature (its page on message signing)"""
 _RATES = {ONBOARD: rates.ONBOARD_HZ, GCS: rates.GCS_HZ}
+
+
+def _may_be_unsigned(_decoder: object, message_id: int) -> bool:
+    return message_id in _UNSIGNED
 
 
 class Px4Server(MavlinkServer):
@@ -377,6 +393,18 @@ class Px4Server(MavlinkServer):
         if message.type == dialect.MAV_TYPE_GCS:
             self._gcs_heard_us = self.now_us
             self.vehicle.failsafe.gcs_heartbeat(self.now_us / 1e6)
+        system = _SAFETY_SYSTEMS.get(message.type)
+        if system is not None and message.get_srcSystem() == self.system_id:
+            self.vehicle.systems.hear(system, message.system_status in _WELL)
+
+    def _on_setup_signing(self, message: Message) -> None:
+        """A new key; nothing answers to it. From 1.18 on not while armed."""
+        if self.vehicle.personality.signs_by_specification:
+            if self.vehicle.armed:
+                return
+            for encoder in self._encoders:
+                encoder.signing.allow_unsigned_callback = _may_be_unsigned
+        self._take_key(message)
 
     def _on_timesync(self, message: Message) -> None:
         if message.tc1 == 0:

@@ -270,7 +270,7 @@ class Checker:
         if time_ms == self._boot_time_ms:
             return
         self._boot_time_ms = time_ms
-        age_s = self.vehicle.data_age.age_s(time_ms, self.vehicle.state.boot_count, now)
+        age_s = self.vehicle.data_age.age_s(time_ms, self.vehicle.state.clock_count, now)
         if age_s is not None:
             self.data_age_s = max(age_s, self.data_age_s or 0.0)
 

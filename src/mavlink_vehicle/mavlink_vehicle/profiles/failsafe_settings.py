@@ -146,7 +146,7 @@ PX4_ANY = (
     _choice("COM_ARM_ODID", "Remote ID", "not checked", "warns only", "needed to arm", "return",
             "land", "terminate", off=()),
     _choice("COM_PARACHUTE", "parachute", "not checked", "warns only; before 1.18 needed to arm",
-            "needed to arm", "return", "land", off=()),
+            "return", "land", off=()),
     replace(
         _choice("COM_GNSSLOSS_ACT", "fewer GNSS receivers than SYS_HAS_NUM_GNSS", "warns only",
                 "return", "land", "terminate", off=()),

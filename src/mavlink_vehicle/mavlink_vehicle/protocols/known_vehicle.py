@@ -8,7 +8,7 @@ newer one would show a mode that has been left since: it would look like a pilot
 from __future__ import annotations
 
 from mavlink_vehicle.codec import Message, mavlink
-from mavlink_vehicle.profiles import Profile, vehicle_rank
+from mavlink_vehicle.profiles import Profile, profile_for, vehicle_rank
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.state.vehicle_state import LiveState, VehicleState
 from mavlink_vehicle.vehicle_config import VehicleConfig
@@ -96,6 +96,8 @@ class ModeOrder(SequenceOrder):
         return is_old
 
 
+# HEARTBEAT comes once a second; two may be lost.
+_KIND_ENDS_S = 3.5
 _BEST_RANK = 3
 
 
@@ -174,6 +176,27 @@ class KnownVehicle:
         )
         return vehicle_rank(heartbeat.autopilot, heartbeat.type) if wanted else 0
 
+    def is_other_kind(self, heartbeat: mavlink.MAVLink_heartbeat_message) -> bool:
+        """Return whether a HEARTBEAT with its ids is that of another kind of vehicle."""
+        profile = self.profile
+        ours = heartbeat._header.srcSystem == self.live.known.system_id
+        if profile is None or not ours or self.rank_of(heartbeat) < self.rank:
+            return False
+        return profile_for(heartbeat.autopilot, heartbeat.type) is not profile
+
+    def is_replaced_by(self, heartbeat: mavlink.MAVLink_heartbeat_message, now: float) -> bool:
+        """Return whether the sender of a HEARTBEAT may replace it.
+
+        It is better known as a vehicle, or has its ids, but is of another kind, while this one is
+        silent.
+        """
+        rank, known = self.rank_of(heartbeat), self.rank
+        if rank > known > 0:
+            return True
+        beat_s = self.live.known.last_heartbeat_s
+        silent = beat_s is not None and now - beat_s > _KIND_ENDS_S
+        return silent and self.is_other_kind(heartbeat)
+
     def is_sender(self, message: Message) -> bool:
         """Return whether a message has its ids, or may have before they are known."""
         header, state = message._header, self.live.known
@@ -206,4 +229,5 @@ class KnownVehicle:
             system_id=system_id,
             component_id=self.config.target_component,
             boot_count=self.state.boot_count + 1,  # all that is kept of the first one is dropped
+            clock_count=self.state.clock_count + 1,
         )

@@ -147,6 +147,10 @@ class PositionTrust:
             return
         jump = _jump_ned_m(last, here, passed_ms / 1000.0)
         if jump is not None:
+            # The vehicle's clock may be coarse, or set meanwhile: our own time explains it then.
+            by_ours = _jump_ned_m(last, here, here.time_s - last.time_s)
+            jump = by_ours and min(jump, by_ours, key=lambda ned_m: math.hypot(*ned_m))
+        if jump is not None:
             self.jump_ned_m = (self.jump_ned_m[0] + jump[0], self.jump_ned_m[1] + jump[1])
             self.jumped_s = now
             self._contradictions.jumped(self.jump_ned_m, now)

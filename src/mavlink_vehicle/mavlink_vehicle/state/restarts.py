@@ -39,6 +39,11 @@ _ALONE_S, _LISTENED_S = 1.0, 0.5
 _SIGN_AGE_S = 10.0
 _SAME_CLOCK_S = 3.0
 _BOOT_AGAIN_S = 5.0
+# A restarted clock is not followed by the old one: that must have been silent for this time.
+_OLD_SILENT_S = 0.25
+# No packet is late by this; and two clocks that are heard in turn are so at least this often.
+_TWIN_APART_S, _TWIN_EVERY_S = 10.0, 3.0
+_SAMPLES = ("global_position", "local_position", "attitude")
 
 VOID_AFTER_RESTART: Changes = {
     "landed_state": LandedState.UNDEFINED,
@@ -99,6 +104,7 @@ def follow_clock(state: VehicleState, kind: type, time_boot_ms: int, now: float)
     if 0 <= ahead_ms <= longest_ms:
         clock = _followed(last_ms + ahead_ms, now)
         if signs.doubt is not None:
+            signs = _taken_in_turn(signs, signs.doubt, kind, time_boot_ms, now)
             clock.changes["restart_signs"] = signs._replace(doubt=None, refuted_s=now)
         return clock
     doubt = _doubted(signs.doubt, kind, time_boot_ms, now)
@@ -112,8 +118,19 @@ def follow_clock(state: VehicleState, kind: type, time_boot_ms: int, now: float)
     elif doubt.is_clock and (ahead_ms > 0 or now - doubt.since_s >= _ALONE_S):
         clock = _followed(time_boot_ms, now)  # set, not started again
         clock.changes["restart_signs"] = signs._replace(doubt=None)
-        return clock
+        return BootTime(time_boot_ms, clock.changes | _moved(state, time_boot_ms - last_ms))
     return BootTime(last_ms, {"restart_signs": signs})
+
+
+def _moved(state: VehicleState, shift_ms: int) -> Changes:
+    """Return what another clock changes: the times of the samples that are there are by it, too."""
+    parts = {name: getattr(state, name) for name in _SAMPLES}
+    moved = {
+        name: part._replace(time_boot_ms=part.time_boot_ms + shift_ms)
+        for name, part in parts.items()
+        if part is not None
+    }
+    return {**moved, "clock_count": state.clock_count + 1}
 
 
 def beat_changes(
@@ -162,6 +179,17 @@ def _ahead_ms(last_ms: int, time_boot_ms: int, longest_ms: float) -> int:
     return ahead_ms
 
 
+def _taken_in_turn(
+    signs: RestartSigns, doubt: ClockDoubt, kind: type, time_ms: int, now: float
+) -> RestartSigns:
+    """Return the signs after a message by the vehicle's clock, which another clock came before."""
+    apart_s = abs(now - 1e-3 * time_ms - doubt.begun_s)
+    if kind not in doubt.kinds or apart_s < _TWIN_APART_S:
+        return signs
+    before = signs.in_turn if now - signs.in_turn_s <= _TWIN_EVERY_S else 0
+    return signs._replace(in_turn=before + 1, in_turn_s=now)
+
+
 def _doubted(last: ClockDoubt | None, kind: type, time_ms: int, now: float) -> ClockDoubt:
     begun_s = now - 1e-3 * time_ms
     if last is None or abs(begun_s - last.begun_s) > _SAME_CLOCK_S:
@@ -194,22 +222,26 @@ def _has_restarted(state: VehicleState, signs: RestartSigns, now: float) -> bool
         return False
     # A vehicle that sends by two clocks is believed only once one of them has stopped.
     sure = now - signs.refuted_s > _SIGN_AGE_S
-    disarmed = now - signs.disarmed_s <= _SIGN_AGE_S
-    silent = now - state.boot_time_s >= _ALONE_S
+    unheard_s = now - state.boot_time_s
+    disarmed = now - signs.disarmed_s <= _SIGN_AGE_S and unheard_s >= _OLD_SILENT_S
+    silent = unheard_s >= _ALONE_S
     return now - doubt.since_s >= _ALONE_S or (sure and (disarmed or silent))
 
 
 def _begun(state: VehicleState, boots: int, time_ms: int | None, now: float) -> Changes:
     """Return what a restart changes."""
+    old = state.restart_signs
+    signs = RestartSigns(in_turn=old.in_turn, in_turn_s=old.in_turn_s)
     changes = {
         **VOID_AFTER_RESTART,
         "boot_count": state.boot_count + boots,
+        "clock_count": state.clock_count + 1,
         "boot_announced_s": None,
-        "restart_signs": RestartSigns(),
+        "restart_signs": signs,
     }
     if time_ms is None:
         return changes
-    changes["restart_signs"] = RestartSigns(restarted_s=now)
+    changes["restart_signs"] = signs._replace(restarted_s=now)
     return changes | _followed(time_ms, now).changes
 
 

@@ -41,6 +41,8 @@ _SLOWER_PER_S = 0.005
 # With 2 s between two questions, the rate is known to a few per cent.
 _KEPT = 4
 _LEAST_SPAN_S = 1.5
+# A simulator that keeps up is nearer to our time than this share.
+_DRIFT_MAX = 0.2
 # A time since boot comes at least once a second (SYSTEM_TIME).
 _OF_ONE_CLOCK_MS = 2000
 _BOOT = mavlink.MAV_STATE_BOOT
@@ -88,6 +90,8 @@ class RestartSigns(NamedTuple):
         disarmed_s: when HEARTBEAT showed last that it was disarmed.
         booting_s: when HEARTBEAT showed MAV_STATE_BOOT after something later.
         restarted_s: when a clock showed the last restart.
+        in_turn: how often one kind of message came by that of the vehicle after another one.
+        in_turn_s: when it did last.
     """
 
     doubt: ClockDoubt | None = None
@@ -95,6 +99,8 @@ class RestartSigns(NamedTuple):
     disarmed_s: float = -math.inf
     booting_s: float = -math.inf
     restarted_s: float = -math.inf
+    in_turn: int = 0
+    in_turn_s: float = -math.inf
 
 
 _NO_RESTART_SIGNS = RestartSigns()
@@ -138,6 +144,7 @@ class VehicleState:
         sensors_health: SYS_STATUS.onboard_control_sensors_health.
         prearm_ok: whether the autopilot would arm, None when it doesn't report it.
         boot_count: how many restarts were seen; `state.restarts` says by what.
+        clock_count: how many other clocks were followed since: after restarts, and set ones.
         boot_time_ms: the newest time since boot, counted on beyond 32 bits (49.7 days).
         boot_time_s: when it came.
         restart_signs: what may be a restart.
@@ -189,6 +196,7 @@ class VehicleState:
     firmware_version: str | None = None
     capabilities: int = 0
     boot_count: int = 0
+    clock_count: int = 0
     boot_time_ms: int | None = None
     boot_time_s: float = -math.inf
     restart_signs: RestartSigns = _NO_RESTART_SIGNS
@@ -364,10 +372,20 @@ class DataAge:
         self._known: deque[tuple[float, int]] = deque(maxlen=_KEPT)
         self._rate: float | None = None
         self._quickest: tuple[float, float] | None = None
-        self._boot_count = 0
+        self._clock_count = 0
+
+    @property
+    def keeps_our_time(self) -> bool:
+        """Whether the vehicle's clock runs as ours does, or that is not known."""
+        return self._rate is None or abs(self._rate - 1.0) < _DRIFT_MAX
 
     def answered(
-        self, round_trip_s: float, vehicle_ns: int, boot_ms: int | None, boot_count: int, now: float
+        self,
+        round_trip_s: float,
+        vehicle_ns: int,
+        boot_ms: int | None,
+        clock_count: int,
+        now: float,
     ) -> None:
         """Process an answer to TIMESYNC.
 
@@ -375,11 +393,11 @@ class DataAge:
             round_trip_s: how long it took until it was read.
             vehicle_ns: the vehicle's time in it: since boot on ArduPilot and PX4 (observed).
             boot_ms: the vehicle's newest time since boot that was read before it, or None.
-            boot_count: restarts of the vehicle, whose clock begins again.
+            clock_count: which clock of the vehicle that is.
             now: time in seconds.
         """
-        if boot_count != self._boot_count:
-            self._boot_count = boot_count
+        if clock_count != self._clock_count:
+            self._clock_count = clock_count
             self._known.clear()
             self._rate = None
         quickest_s = round_trip_s
@@ -395,20 +413,20 @@ class DataAge:
         self._known.append((now, vehicle_ms))
         first_s, first_ms = self._known[0]
         passed_ms, passed_s = _difference_ms(vehicle_ms, first_ms), now - first_s
-        known = passed_s >= _LEAST_SPAN_S and passed_ms > 0
+        known = passed_s >= _LEAST_SPAN_S and passed_ms >= 0
         self._rate = 1e-3 * passed_ms / passed_s if known else None
 
-    def age_s(self, boot_ms: int | None, boot_count: int, now: float) -> float | None:
-        """Return the age of a sample by the vehicle's clock; None while unknown.
+    def age_s(self, boot_ms: int | None, clock_count: int, now: float) -> float | None:
+        """Return the age of a sample by the vehicle's clock; None while unknown, or it stands.
 
         The shortest time on the link does not count.
 
         Args:
             boot_ms: when the vehicle took it, since boot; None: not known.
-            boot_count: restarts of the vehicle.
+            clock_count: which clock of the vehicle that is.
             now: time in seconds.
         """
-        if boot_ms is None or boot_count != self._boot_count or self._rate is None:
+        if boot_ms is None or clock_count != self._clock_count or not self._rate:
             return None
         last_s, last_ms = self._known[-1]
         return max(now - last_s - 1e-3 * _difference_ms(boot_ms, last_ms) / self._rate, 0.0)

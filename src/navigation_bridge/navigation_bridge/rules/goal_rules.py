@@ -110,6 +110,12 @@ Verdict: TypeAlias = Abandon | SendNothing | Stop | Warn | Doubt | Yield
 _ANSWERS_S = 2.0
 
 
+def judge_twins(snapshot: Snapshot, goal: ActiveGoal) -> Verdict | None:
+    """End a goal whose vehicle shares its ids; a landing and a return continue by themselves."""
+    ends = snapshot.twins and goal.plan is not None
+    return Abandon(OutcomeCode.DUPLICATE_VEHICLE, snapshot.twins) if ends else None
+
+
 def judge_takeover(snapshot: Snapshot, goal: ActiveGoal) -> Verdict | None:
     """Return how a goal ends whose vehicle has left our control; nothing is sent meanwhile."""
     takeover, now = goal.takeover, snapshot.time_s
@@ -139,8 +145,7 @@ def judge_silence(snapshot: Snapshot, goal: ActiveGoal) -> Verdict | None:
     if asked_s is not None and now - asked_s >= config.goto.cancel_timeout_s:
         return Abandon(
             OutcomeCode.CANCELED,
-            f"The vehicle has been silent for {silence_s:.1f} s; whether it has stopped is "
-            "unknown.",
+            f"The vehicle has been silent for {silence_s:.1f} s; whether it stopped is unknown.",
         )
     if silence_s >= config.link_lost_abort_s:
         return Abandon(
@@ -197,7 +202,6 @@ def judge_position(snapshot: Snapshot, goal: ActiveGoal) -> Verdict | None:
     return Doubt(PositionDoubt(doubt.jumps_ned_m, since_s, reasons), text, outcome)
 
 
-_FAILSAFE = "failsafe"
 # A failsafe that changes the mode does so within this time of its first sign.
 _ACTS_S = 2.0
 
@@ -231,7 +235,7 @@ def judge_failsafe(snapshot: Snapshot, goal: ActiveGoal) -> Verdict | None:
     return Warn(_FAILSAFE, text, failsafe.kind)
 
 
-_VOLUME, _FENCE = "volume", "fence"
+_FAILSAFE, _VOLUME, _FENCE = "failsafe", "volume", "fence"
 # Tolerance for overshoot and position errors before the vehicle counts as outside.
 _LEFT_M = 3.0
 
@@ -240,8 +244,7 @@ def judge_volume(snapshot: Snapshot, goal: ActiveGoal) -> Verdict | None:
     """End a goal whose vehicle has left the volume that it was in."""
     if goal.plan is None or snapshot.pose is None:
         return None
-    volume = snapshot.config.volume
-    left_m = volume.left_by_m(snapshot.pose.position_enu_m, snapshot.ground_enu_m)
+    left_m = snapshot.config.volume.left_by_m(snapshot.pose.position_enu_m, snapshot.ground_enu_m)
     if left_m <= 0.0:
         return Warn(_VOLUME, "", True)
     if left_m <= _LEFT_M or _VOLUME not in goal.facts:
@@ -344,7 +347,8 @@ class Rule(NamedTuple):
 
 
 RULES: tuple[Rule, ...] = (
-    # Somebody else has the vehicle: nothing is sent, whatever else is the matter.
+    # Two vehicles are heard as one, or somebody else has it: nothing is sent, whatever else.
+    Rule(judge_twins),
     Rule(judge_takeover),
     # The vehicle is not heard, or does not hear.
     Rule(judge_silence),

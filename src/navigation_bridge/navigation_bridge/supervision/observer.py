@@ -147,7 +147,7 @@ class Observer:
                 # Its height is that of the ground, whatever the GPS reports.
                 position = (position[0], position[1], ground_enu_m)
                 velocity = (velocity[0], velocity[1], 0.0)
-            sample_s = vehicle.data_age.age_s(place.time_boot_ms, state.boot_count, now) or 0.0
+            sample_s = vehicle.data_age.age_s(place.time_boot_ms, state.clock_count, now) or 0.0
             age_s = max(now - place.time_s, sample_s)
         return kind(
             time_s=now,
@@ -184,6 +184,7 @@ class Observer:
             frame=frame,
             pose=pose,
             mode_name=mode_name,
+            twins=vehicle.twins.reason,
             one_way=one_way,
             unanswered_s=vehicle.answers.unanswered_s(now) if one_way or taken else 0.0,
             mode_unseen=vehicle.own_gap.is_open,
@@ -250,7 +251,7 @@ class LatenessWatch:
         if time_ms == self._data_time_ms:
             return  # nothing came: that is for the rules about the link
         self._data_time_ms = time_ms
-        self.data_age_s = vehicle.data_age.age_s(time_ms, vehicle.live.known.boot_count, now)
+        self.data_age_s = vehicle.data_age.age_s(time_ms, vehicle.live.known.clock_count, now)
         age_s = self.data_age_s or 0.0
         if self._note(age_s, now):
             self._warn(

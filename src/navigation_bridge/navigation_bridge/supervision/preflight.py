@@ -57,6 +57,8 @@ def _check_battery(plan: FlightPlan, snapshot: Snapshot) -> tuple[str, ...] | Re
 
 
 def _check_health(snapshot: Snapshot) -> Rejection | None:
+    if snapshot.twins:
+        return Rejection(OutcomeCode.DUPLICATE_VEHICLE, snapshot.twins)
     state = snapshot.state
     faults = estimator_faults(state)
     if faults:

@@ -19,21 +19,23 @@ class SampleTimes:
 
     def __init__(self) -> None:
         """Begin without samples."""
-        self._boot_count: int | None = None
+        self._clock_count: int | None = None
         self._begun_s = 0.0
         self._smallest_s = self._smallest_before_s = math.inf
 
-    def observe(self, boot_count: int, time_boot_ms: int, arrived_s: float) -> None:
+    def observe(self, clock_count: int, time_boot_ms: int, arrived_s: float) -> None:
         """Take a message that has just come.
 
         Args:
-            boot_count: restarts of the autopilot, whose clock begins again.
-            time_boot_ms: the vehicle's time of the message.
+            clock_count: which clock of the vehicle that is.
+            time_boot_ms: the vehicle's time of the message; 0 is not set.
             arrived_s: our time.
         """
+        if not time_boot_ms:
+            return
         difference_s = arrived_s - 1e-3 * time_boot_ms
-        if boot_count != self._boot_count:
-            self._boot_count, self._begun_s = boot_count, arrived_s
+        if clock_count != self._clock_count:
+            self._clock_count, self._begun_s = clock_count, arrived_s
             self._smallest_s = self._smallest_before_s = math.inf
         elif arrived_s - self._begun_s >= _PERIOD_S:
             self._begun_s = arrived_s
@@ -43,6 +45,6 @@ class SampleTimes:
     def age_s(self, time_boot_ms: int, now: float) -> float:
         """Return how long ago a sample was measured; 0 before anything was observed."""
         smallest_s = min(self._smallest_s, self._smallest_before_s)
-        if math.isinf(smallest_s):
+        if math.isinf(smallest_s) or not time_boot_ms:
             return 0.0
         return max(now - smallest_s - 1e-3 * time_boot_ms, 0.0)

@@ -18,18 +18,16 @@ from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacles import Array, Obstacles
 from navigation_core.planning.conflicts import lines_clear
 from navigation_core.safety.braking import STANDING_M_S, deceleration_along_m_s2, leads_away
+from navigation_core.safety.keeping_apart import PREDICTED_S, apart_m, at_height
 
 __all__ = ["run_out_is_clear", "safe_speed_beside_m_s", "safe_speed_m_s"]
 
 # Shares of the run-out that are looked at when not all of it is clear.
 _SHARES = np.linspace(0.0625, 1.0, 16)
 # Shares of the speed that are tried, the greatest first, and moments that are looked at, beside
-# what moves; what is hit there of something is about as high as the rest of it.
-_SPEEDS, _STEP_S, _SAME_HEIGHT_M = np.linspace(1.0, 0.125, 8), 0.2, 2.0
+# what moves.
+_SPEEDS, _STEP_S = np.linspace(1.0, 0.125, 8), 0.2
 _NEARER_MAX_M, _SOONER_MAX_S = 0.05, 0.2
-# Moving obstacles are predicted for at least this long, even if the vehicle comes to rest before:
-# its server may hang.
-_PREDICTED_MIN_S = 3.0
 # Moments of a run-out with an acceleration, as shares of the timeout.
 _MOMENTS = np.linspace(0.0, 1.0, 9)
 
@@ -130,33 +128,28 @@ def safe_speed_beside_m_s(
         Speed in m/s; 0 if every speed leads nearer to something than standing still does,
         infinite if the speed need not be less.
     """
-    speed, near = norm(velocity_enu_m_s), _at_height(moving, position_enu_m[2])
+    speed, near = norm(velocity_enu_m_s), at_height(moving, position_enu_m[2])
     if speed < STANDING_M_S or not near:
         return math.inf
     place, velocity = np.array(position_enu_m), np.array(velocity_enu_m_s)
     for share in _SPEEDS:
         run_out = _RunOut(place, share * velocity, np.zeros(3), limits, timeout_s)
-        times = np.arange(0.0, max(run_out.rest_s, _PREDICTED_MIN_S) + _STEP_S, _STEP_S)
+        times = np.arange(0.0, max(run_out.rest_s, PREDICTED_S) + _STEP_S, _STEP_S)
         path = run_out.places(times)[:, :2]
         if all(_passes(path, times, one, clearance_m) for one in near):
             return math.inf if share == 1.0 else float(share * speed)
     return 0.0
 
 
-def _at_height(moving: tuple[Moving, ...], height_m: float) -> list[Moving]:
-    return [one for one in moving if np.ptp([*one.points_enu_m[:, 2], height_m]) < _SAME_HEIGHT_M]
-
-
 def _passes(path: Array, times: Array, moving: Moving, clearance_m: float) -> bool:
     """Whether places (N, 2) at times keep a clearance, or do no worse than standing still does."""
-    points = moving.points_enu_m[:, :2] + times[:, None, None] * np.array(moving.velocity_enu_m_s)
-    apart_m = np.linalg.norm(points - path[:, None], axis=2).min(axis=1)
-    standing_m = np.linalg.norm(points - path[0], axis=2).min(axis=1)
-    clear, standing_clear = apart_m >= clearance_m, standing_m >= clearance_m
+    passing_m = apart_m(path, times, moving)
+    standing_m = apart_m(np.broadcast_to(path[0], path.shape), times, moving)
+    clear, standing_clear = passing_m >= clearance_m, standing_m >= clearance_m
     if clear.all() or standing_clear.all():
         return bool(clear.all())
     sooner_s = times[standing_clear.argmin()] - times[clear.argmin()]
-    return bool(sooner_s <= _SOONER_MAX_S and apart_m.min() >= standing_m.min() - _NEARER_MAX_M)
+    return bool(sooner_s <= _SOONER_MAX_S and passing_m.min() >= standing_m.min() - _NEARER_MAX_M)
 
 
 def run_out_is_clear(
@@ -183,11 +176,11 @@ def run_out_is_clear(
         timeout_s,
     )
     here = np.array(position_enu_m)
-    end_s = max(run_out.rest_s, _PREDICTED_MIN_S)
+    end_s = max(run_out.rest_s, PREDICTED_S)
     times = np.concatenate((_MOMENTS * timeout_s, (run_out.rest_s, end_s)))
     places = run_out.places(times)
     starts = np.concatenate((here[None], places[:-1]))
-    near = _at_height(moving, setpoint.position_enu_m[2])
+    near = at_height(moving, setpoint.position_enu_m[2])
     return bool(lines_clear(starts, places, obstacles, clearance_m).all()) and all(
         _passes(places[:, :2], times, one, clearance_m) for one in near
     )

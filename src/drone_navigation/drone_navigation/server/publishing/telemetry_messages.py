@@ -428,6 +428,8 @@ def _level(bridge: Bridge, health: LinkHealth) -> tuple[bytes, str]:
         return DiagnosticStatus.ERROR, "No autopilot found yet"
     if not bridge.vehicle.heartbeats.alive:
         return DiagnosticStatus.STALE, "No HEARTBEAT"
+    if bridge.vehicle.twins.reason:
+        return DiagnosticStatus.ERROR, "Two autopilots with one MAVLink system id"
     if bridge.vehicle.answers.one_way:
         return DiagnosticStatus.ERROR, "One way: telemetry arrives, but nothing is answered"
     if health.loss_share > health.LOSS_WARNING:

@@ -168,7 +168,7 @@ class Topics:
         for sample, known in zip((state.global_position, state.attitude), last, strict=True):
             if sample is not None and sample is not known:
                 # An attitude may have come a while ago: it is published with the next position.
-                self._times.observe(state.boot_count, sample.time_boot_ms, sample.time_s)
+                self._times.observe(state.clock_count, sample.time_boot_ms, sample.time_s)
         if before is None or state.global_position is not before.global_position:
             self._publish_pose(state, now)
         if (before is None or state.gps is not before.gps) and self._fix_audience.is_there(now):
@@ -292,10 +292,9 @@ class Topics:
         """
         late_s = 0.0 if self._clock is None else self._clock.now() - now
         vehicle = self._bridge.vehicle
-        age_s = max(
-            self._times.age_s(time_boot_ms, now),
-            vehicle.data_age.age_s(time_boot_ms, vehicle.state.boot_count, now) or 0.0,
-        )
+        age_s = vehicle.data_age.age_s(time_boot_ms, vehicle.state.clock_count, now) or 0.0
+        if vehicle.data_age.keeps_our_time:
+            age_s = max(age_s, self._times.age_s(time_boot_ms, now))
         return (self._node.get_clock().now() - Duration(seconds=age_s + late_s)).to_msg()
 
 

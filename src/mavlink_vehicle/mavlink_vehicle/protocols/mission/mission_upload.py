@@ -9,6 +9,7 @@ same; PX4 with MISSION_REQUEST_INT). Only the first message is ours to repeat.
 - DENIED (ArduPilot) and ERROR (PX4) instead of the first request mean that another station's
   transfer is in progress: the offer is repeated until that is over.
 - INVALID_SEQUENCE only says that an item came twice or late; the vehicle asks on.
+- A result about one item is about the one that was sent last: the reason names that, counted from 0.
 - An error after the last item may be the answer to its repetition, when all is stored already
   (ArduPilot): the result is UNSURE, and reading back decides.
 - Requests that come after the end are still answered: a repeated MISSION_COUNT may have begun
@@ -34,13 +35,21 @@ from mavlink_vehicle.protocols.mission.transfer import (
     TransferResult,
     TransferTiming,
 )
-from mavlink_vehicle.protocols.operations.command import Address
+from mavlink_vehicle.protocols.operations.command import Address, command_name
 
 _REQUESTS = (
     mavlink.MAVLink_mission_request_message,
     mavlink.MAVLink_mission_request_int_message,
 )
 _BUSY = (mavlink.MAV_MISSION_DENIED, mavlink.MAV_MISSION_ERROR)
+_OF_ITEM = frozenset(
+    {
+        mavlink.MAV_MISSION_UNSUPPORTED_FRAME,
+        mavlink.MAV_MISSION_UNSUPPORTED,
+        *range(mavlink.MAV_MISSION_INVALID, mavlink.MAV_MISSION_INVALID_PARAM7 + 1),
+    }
+)
+"""Results that are about one item, the one that was sent last"""
 _UNCLEAR = (mavlink.MAV_MISSION_ERROR, CANCELLED)
 
 
@@ -107,7 +116,14 @@ class MissionUpload(Transfer):
             kind = TransferResult.UNSURE
         elif result == CANCELLED:
             kind = TransferResult.GIVEN_UP
-        self._refuse(result, now, kind)
+        self._refuse(result, now, kind, self._item_named() if result in _OF_ITEM else "")
+
+    def _item_named(self) -> str:
+        """Name the item that came before an answer about one."""
+        if self.state is not UploadState.SENDING:
+            return ""
+        name = command_name(self._items[self._wanted].command)
+        return f" (item {self._wanted} of the {len(self._items)} sent, {name})"
 
     def _on_deadline(self, now: float) -> None:
         """Repeat or give up when it is time."""

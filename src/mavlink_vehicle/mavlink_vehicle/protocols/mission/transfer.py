@@ -195,10 +195,14 @@ class Transfer(Machine[TransferFinished]):
         self._end = TransferFinished(TransferResult.BUSY, BUSY_SENTENCE)
 
     def _refuse(
-        self, ack: int, now: float, result: TransferResult = TransferResult.REFUSED
+        self,
+        ack: int,
+        now: float,
+        result: TransferResult = TransferResult.REFUSED,
+        about: str = "",
     ) -> None:
-        """End, as a MAV_MISSION_RESULT other than ACCEPTED says."""
-        self._end = TransferFinished(result, ack_sentence(ack), answer=ack)
+        """End, as a MAV_MISSION_RESULT other than ACCEPTED says; `about` names what it is about."""
+        self._end = TransferFinished(result, ack_sentence(ack) + about, answer=ack)
         self._fire(TransferInput.REFUSED, now)
 
     def _wait(self, now: float) -> None:

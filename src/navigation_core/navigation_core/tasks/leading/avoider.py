@@ -20,12 +20,15 @@ from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath, braking_limits
 from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
 from navigation_core.tasks.leading.path_follower import PathFollower
+from navigation_core.tasks.leading.path_search import Evasion
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 
 # A long path is extended while it is flown. Time between two attempts; time to the next point below
 # which the vehicle is too near to it; and how long a better moment is waited for.
 _EXTEND_RETRY_S, _NEXT_POINT_NEAR_S, _EXTEND_PATIENCE_S = 1.0, 2.5, 6.0
+# Of two motions among what moves, one is better with this much more room.
+_BETTER_M = 0.2
 # A setpoint with more acceleration than this is in a corner, or speeds up.
 _IN_CORNER_M_S2 = 0.05
 
@@ -43,6 +46,7 @@ class Avoider:
         """
         self._config = config
         self._drives = not traits.flies
+        self._traits = traits
         self._follower = follower
         self._braking_limits = braking_limits(traits, follower.limits)
         self._replanner = Replanner(
@@ -100,7 +104,7 @@ class Avoider:
         if self._hears_nothing(observation):
             self._stop(observation, now, self.reason)
             return False
-        if self._must_brake(observation):
+        if self._must_brake(observation) and not self._passes(observation):
             limit_m = self._config.brake_clearance_m
             text = f"An obstacle would come within {limit_m:g} m before the vehicle could stop."
             self._stop(observation, now, text)
@@ -172,7 +176,8 @@ class Avoider:
             # A rover or boat begins each plan at its present speed: a brake that is under way
             # would never get slower if it were replanned in every step.
             brakes = not leads_away and self._drives
-            if (conflict and not brakes) or (leads_away and self._must_brake(observation)):
+            too_near = (conflict and not brakes) or (leads_away and self._must_brake(observation))
+            if too_near and not self._passes(observation):
                 follower.plan_stop(observation)
             return
         here = measured_state(observation).position_enu_m
@@ -224,6 +229,19 @@ class Avoider:
                 reaction_s,
             )[0]
         )
+
+    def _passes(self, observation: Observation) -> bool:
+        """Whether the path that is flown passes what moves better than any stop."""
+        path, carrot, sent = self._follower.path, self._follower.carrot, self._follower.sent
+        if not observation.moving or self._drives or path is None or carrot is None:
+            return False
+        here = sent.commanded.state if sent.commanded is not None else measured_state(observation)
+        evasion = Evasion(self._config, self._traits, self._follower.limits)
+        stop = evasion.stop(here, observation)
+        stops_m = evasion.room_m(stop.samples, 0.0, observation)
+        passes_m = evasion.room_m(path.samples, carrot.time_s, observation)
+        # A stop that has begun is flown on unless another is clearly better.
+        return passes_m > stops_m + (_BETTER_M if path.passed_s else -_BETTER_M)
 
     def _is_in_conflict(self, path: CheckedPath, carrot: Carrot, observation: Observation) -> bool:
         rest = path.samples.ahead(carrot.time_s, carrot.state.position_enu_m)

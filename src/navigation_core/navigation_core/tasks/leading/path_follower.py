@@ -247,7 +247,7 @@ class PathFollower:
         if self._search is None or self.sent.commanded is None:
             return None
         start = self.sent.start_around(self.sent.commanded, observation)
-        return self._search.evasion.plan_away(start, observation.obstacles)
+        return self._search.evasion.plan_away(start, observation)
 
     def take(self, path: CheckedPath, leads_to_goal: bool = True) -> None:
         """Fly a path that begins at the setpoint sent last, or where the vehicle is.
@@ -285,7 +285,7 @@ class PathFollower:
         if self._search is None:
             trajectory = plan_stop(sent.state, self.limits)
         else:
-            self.path = self._search.evasion.stop(sent.state, observation.obstacles)
+            self.path = self._search.evasion.stop(sent.state, observation)
             trajectory = self.path.trajectory
         self.carrot = Carrot(trajectory, self._config, sent.yaw_enu_rad, sent.yaw_enu_rad)
 

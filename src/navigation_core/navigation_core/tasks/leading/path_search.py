@@ -9,9 +9,10 @@ import numpy as np
 
 from navigation_core.geometry import KinematicState, Vector3, distance, norm, subtract
 from navigation_core.limits import Limits
-from navigation_core.mapping.obstacles import Array, Obstacles
+from navigation_core.mapping.obstacles import Array
 from navigation_core.planning.conflicts import MotionSamples, first_conflict
 from navigation_core.planning.planner import NoPath
+from navigation_core.safety.keeping_apart import PREDICTED_S, moments_with_room_m, without_moving
 from navigation_core.searches import Search
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath, PathPlanner
@@ -19,7 +20,7 @@ from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 from navigation_core.trajectories.route_trajectory import RoutePoint
-from navigation_core.trajectories.trajectory import plan_stop, plan_to
+from navigation_core.trajectories.trajectory import Trajectory, plan_stop, plan_to
 
 __all__ = ["Evasion", "PathBeginning", "PathSearch", "joins"]
 
@@ -29,6 +30,13 @@ _JOINT_M, _JOINT_M_S = 0.15, 0.3
 # Directions and steps in which a clear place is looked for, how many are tried, and what is kept
 # there beyond the clearance.
 _DIRECTIONS, _RING_M, _PLACES_MAX, _AWAY_M = 16, 0.5, 6, 0.2
+# How far beside its end a brake may end as something moves, unless it is as slow as this.
+_ASIDE_M, _ASIDE_MIN_M_S = (2.0, -2.0, 4.0, -4.0), 0.5
+# What a sensor sees is known to move only after a second or two, when the vehicle has braked. So
+# within this distance beyond the clearance the brake is hard.
+_MAY_COME_M = 1.5
+# Moments from now on at which the room of a motion is looked at, and the weight of its mean.
+_MOMENTS_S, _MEAN_SHARE = np.arange(0.0, PREDICTED_S + 0.1, 0.2), 0.1
 
 
 @dataclass(frozen=True)
@@ -195,38 +203,79 @@ class Evasion:
         self._limits = limits
         self._emergency_limits = _harder(limits, config.emergency_factor)
 
-    def stop(self, start: KinematicState, obstacles: Obstacles) -> CheckedPath:
+    def stop(self, start: KinematicState, observation: Observation) -> CheckedPath:
         """Return the braking path: an emergency's if the usual one leads too near to something.
+
+        Where something moves, what flies may leave sideways as it brakes, if that keeps more room.
 
         Args:
             start: state at the beginning, in the map frame.
-            obstacles: the known obstacles.
+            observation: the obstacles.
 
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
-        trajectory = plan_stop(start, self._limits)
-        samples = MotionSamples.of(trajectory)
+        usual = _checked(plan_stop(start, self._limits))
         clearance_m = self._config.conflict_clearance_m
-        if first_conflict(samples.positions_enu_m, obstacles, clearance_m) is not None:
-            trajectory = plan_stop(start, self._emergency_limits)
-            samples = MotionSamples.of(trajectory)
-        return CheckedPath(trajectory, (), samples)
+        if math.isfinite(observation.obstacles_reach_m):
+            clearance_m += _MAY_COME_M
+        places, known = usual.samples.positions_enu_m, observation.obstacles
+        if first_conflict(places, known, clearance_m) is None:
+            return usual
+        hard = _checked(plan_stop(start, self._emergency_limits))
+        if not (observation.moving and self._traits.flies):
+            return hard
+        stops = [hard, usual, *self._stops_aside(start, hard)]
+        rooms = [self.room_m(stop.samples, 0.0, observation) for stop in stops]
+        return stops[int(np.argmax(rooms))]
 
-    def plan_away(self, start: KinematicState, obstacles: Obstacles) -> CheckedPath | None:
+    def room_m(self, motion: MotionSamples, time_s: float, observation: Observation) -> float:
+        """Return how much room a motion leaves to what stands and, at its time, to what moves.
+
+        Args:
+            motion: the motion.
+            time_s: up to when it is over, in its own time.
+            observation: the obstacles.
+
+        Returns:
+            The least of the next seconds in m, up to the clearance of a plan, and a tenth of the
+            mean: of two that come as near, the one that stays less long.
+        """
+        moving, enough_m = observation.moving, self._config.plan_clearance_m
+        in_s = np.maximum(_MOMENTS_S + time_s, motion.times_s[0])
+        places = np.stack(
+            [np.interp(in_s, motion.times_s, motion.positions_enu_m[:, axis]) for axis in range(3)],
+            axis=1,
+        )
+        standing = without_moving(observation.obstacles_now, moving)
+        rooms_m = moments_with_room_m(_MOMENTS_S, places, moving, standing, enough_m)
+        return float(rooms_m.min() + _MEAN_SHARE * rooms_m.mean())
+
+    def _stops_aside(self, start: KinematicState, stop: CheckedPath) -> list[CheckedPath]:
+        """Return brakes that end to the left and to the right of another."""
+        course, speed_m_s = start.velocity_enu_m_s, norm(start.velocity_enu_m_s)
+        if speed_m_s < _ASIDE_MIN_M_S:
+            return []
+        x, y, z = stop.trajectory.end_position_enu_m
+        left = (-course[1] / speed_m_s, course[0] / speed_m_s)
+        ends = [(x + aside * left[0], y + aside * left[1], z) for aside in _ASIDE_M]
+        return [_checked(plan_to(start, end, self._emergency_limits)) for end in ends]
+
+    def plan_away(self, start: KinematicState, observation: Observation) -> CheckedPath | None:
         """Return a path to the nearest clear place; None if there is none within reach.
 
         A rover or boat has none: it could not leave sideways, and is safer standing than turning.
 
         Args:
             start: state at the beginning, in the map frame.
-            obstacles: the known obstacles.
+            observation: the obstacles.
 
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
         if not self._traits.flies:
             return None
+        obstacles = observation.obstacles
         needed_m = self._config.plan_clearance_m + _AWAY_M
         places = self._places(start.position_enu_m)
         clear = obstacles.clearance_m(places) >= needed_m
@@ -250,6 +299,10 @@ class Evasion:
         places = np.array(here_enu_m) + (radii_m[:, None, None] * circle).reshape(-1, 3)
         inside = (places[:, 2] >= low - _RING_M / 2) & (places[:, 2] <= high + _RING_M / 2)
         return np.asarray(places[inside])
+
+
+def _checked(trajectory: Trajectory) -> CheckedPath:
+    return CheckedPath(trajectory, (), MotionSamples.of(trajectory))
 
 
 def _harder(limits: Limits, factor: float) -> Limits:

@@ -116,7 +116,7 @@ class RunOutLimiter:
         if self._avoidance is None or run_out_is_clear(
             position,
             led,
-            observation.obstacles,
+            observation.obstacles_now,
             observation.moving,
             self._limits,
             self._avoidance.brake_clearance_m,
@@ -179,16 +179,18 @@ class RunOutLimiter:
         """Return how fast a setpoint may be to run out clear of obstacles; infinite if it does."""
         clearance_m = avoidance.brake_clearance_m
         timeout_s = self._traits.setpoint_timeout_s
+        flies = self._traits.flies
         safe_m_s = safe_speed_m_s(
             position,
             velocity,
-            observation.obstacles,
+            # What flies passes something that moves at its time, see below.
+            observation.obstacles_now if flies else observation.obstacles,
             self._limits,
             clearance_m,
             timeout_s,
             observation.obstacles_reach_m,
         )
-        if not self._traits.flies:
+        if not flies:
             return safe_m_s  # it cannot leave sideways: where it is slow, it may be boxed in
         beside_m_s = safe_speed_beside_m_s(
             position, velocity, observation.moving, self._limits, clearance_m, timeout_s
