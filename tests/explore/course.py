@@ -310,7 +310,7 @@ class Course:
             view.homes_enu_m += (truth.position_enu_m[:2],)
         if truth.mode != view.truth.mode:
             view.mode_s = now_s
-        # What does not fly need not report whether it stands on the ground.
+        # A rover or boat need not report whether it stands on the ground.
         reports = view.craft.kind in ("copter", "plane") or view.lie not in _OF_FLYING
         is_heard = reports and not view.craft.signed and view.lie in _DENIED
         is_denied = is_heard and _DENIED[view.lie](truth)
