@@ -34,6 +34,7 @@ from navigation_bridge.requests.payload_requests import GimbalMode, PointGimbalR
 from navigation_core.tasks.inputs.velocity_command import VelocityFrame
 from tests.explore.exploration import Ship
 from tests.explore.landing_mark import MARK, LandingMark
+from tests.explore.liar import Liar
 from tests.explore.moving_target import SOURCE, MovingTarget
 from tests.explore.releases import as_named
 from tests.explore.sources import others_speak, vehicle_clock
@@ -466,6 +467,19 @@ def noise(ship: Ship, seed: int, count: int) -> None:
         ship.foreign.append(data)
 
 
+def lie(ship: Ship, claim: str = "", period: float = 0.0) -> None:
+    """Somebody sends with the vehicle's ids, once or each period; no lie ends them all."""
+    if claim:
+        ship.liars.append(Liar(ship.index + 1, claim, period))
+    else:
+        ship.liars = []
+
+
+def misreport(ship: Ship, claim: str = "") -> None:
+    """A server of shared traffic reports to the others what is not so; nothing ends it."""
+    ship.misreport = claim
+
+
 ACTIONS: dict[str, Action] = {
     action.__name__: action
     for action in (
@@ -489,7 +503,7 @@ ACTIONS: dict[str, Action] = {
         *(station_upload, station_goto, station_param, station_home, pilot_mode, pilot_throttle),
         *(pilot_stick,),
         *(link, silence, full, stuck, blind, gps, glitch, battery, radio, wind, reboot),
-        *(clock, stall, kill, start, shut_down, noise),
+        *(clock, stall, kill, start, shut_down, noise, lie, misreport),
         *(vehicle_clock, others_speak),
     )
 }

@@ -82,5 +82,6 @@ def _mend(ship: Ship) -> None:
     ship.sim.shift_gps((0.0, 0.0, 0.0))
     ship.sim.lose_radio(False)
     ship.full, ship.blind, ship.stuck = False, False, None
+    ship.liars, ship.misreport = [], ""
     ship.start_server()
     ship.log("happening", Event(0.0, ship.index, "mended"))
