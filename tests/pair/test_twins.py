@@ -6,6 +6,7 @@ import pytest
 
 from mavlink_sitl import GeoPoint, Simulation, VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, with_source
+from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.goal import GoalFinished, LogLine
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
@@ -81,6 +82,10 @@ def test_no_goal_is_accepted_while_two_autopilots_of_one_id_are_heard(
     assert rejection is not None
     assert rejection.code is OutcomeCode.DUPLICATE_VEHICLE, rejection.message
     assert not two.flight.all(GoalFinished)
+    for service, mode in ((Service.ARM, ""), (Service.SET_MODE, "LAND")):
+        done = two.flight.serve(service, mode)
+        assert not done.success
+        assert "Two autopilots" in done.message
 
 
 class Renumbered(Codec):
