@@ -33,7 +33,7 @@ _TROUBLE = frozenset(
     {
         *("link", "silence", "gps", "glitch", "battery", "radio", "wind", "reboot", "stall"),
         *("kill", "noise", "pilot_throttle", "station_arm", "full", "stuck", "blind"),
-        *("lie", "misreport"),
+        *("lie", "misreport", "aircraft"),
     }
 )
 _OVER: dict[str, Callable[[dict[str, Any]], bool]] = {
@@ -42,7 +42,7 @@ _OVER: dict[str, Callable[[dict[str, Any]], bool]] = {
     **dict.fromkeys(("gps", "radio"), lambda how: not how.get("lost", True)),
     "glitch": lambda how: not any(how.get("offset", (1.0,))),
     "lie": lambda how: not how.get("period"),
-    "misreport": lambda how: not how.get("claim"),
+    **dict.fromkeys(("misreport", "aircraft"), lambda how: not how.get("claim")),
 }
 """Trouble that passes, and of the arguments of its event whether it is over"""
 _DENIED: dict[str, Callable[[Truth], bool]] = {

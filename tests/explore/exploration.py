@@ -28,6 +28,7 @@ from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
 from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.progress import Status
 from navigation_core.tasks.traffic.negotiation import Negotiation, PeerState
+from tests.explore.aircraft import Aircraft
 from tests.explore.liar import Liar
 from tests.explore.log import NOBODY, Asked, Log, PayloadAsked, PayloadEnded, Truth
 from tests.explore.misreports import misreported
@@ -186,7 +187,7 @@ class Ship:
         self._reader = Codec(index + 1, 1, self._signing())
         self.server: Server | None = None
         self.beside: Callable[[], None] | None = None  # of what moves beside it
-        self.liars: list[Liar] = []
+        self.liars: list[Liar | Aircraft] = []
         self.misreport = ""
         self.stick_forward = 0.0
         self._sticks_due_s = 0.0

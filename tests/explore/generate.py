@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from tests.explore import sources
+from tests.explore.aircraft import AIRCRAFT
 from tests.explore.liar import LIES
 from tests.explore.misreports import MISREPORTS
 from tests.explore.releases import RELEASES
@@ -636,6 +637,7 @@ class _TrafficAuthor:
             self._hang(craft, rng.choice((0.0, swap_s)), return_s + 10.0)
         if self._lying:
             self._misreports(count, return_s + 20.0)
+            self._aircraft(count, return_s + 20.0)
         events = tuple(sorted(self._events, key=lambda event: event.time_s))
         return Scenario(self._whole_seed, tuple(crafts), events, shares_traffic=True)
 
@@ -653,6 +655,15 @@ class _TrafficAuthor:
         begun_s = rng.uniform(0.0, last_s)
         self._add(begun_s, count - 1, "misreport", claim=rng.choice(MISREPORTS))
         self._add(rng.uniform(begun_s, last_s), count - 1, "misreport")
+
+    def _aircraft(self, count: int, last_s: float) -> None:
+        """Let receivers of half of the vehicles pass on aircraft that cannot be, for a while."""
+        rng = random.Random(f"aircraft {self._seed}")
+        for craft in range(count):
+            if rng.random() < 0.5:
+                begun_s, claim = rng.uniform(0.0, last_s), rng.choice(AIRCRAFT)
+                self._add(begun_s, craft, "aircraft", claim=claim, seed=rng.randrange(1000))
+                self._add(begun_s + rng.uniform(5.0, 40.0), craft, "aircraft")
 
     def _hang(self, craft: int, time_s: float, last_s: float) -> None:
         """Let a server stand still again and again, or be killed and started once."""

@@ -32,6 +32,7 @@ from navigation_bridge.goals.requests import (
 )
 from navigation_bridge.requests.payload_requests import GimbalMode, PointGimbalRequest
 from navigation_core.tasks.inputs.velocity_command import VelocityFrame
+from tests.explore.aircraft import Aircraft
 from tests.explore.exploration import Ship
 from tests.explore.landing_mark import MARK, LandingMark
 from tests.explore.liar import Liar
@@ -472,12 +473,19 @@ def lie(ship: Ship, claim: str = "", period: float = 0.0) -> None:
     if claim:
         ship.liars.append(Liar(ship.index + 1, claim, period))
     else:
-        ship.liars = []
+        ship.liars = [one for one in ship.liars if isinstance(one, Aircraft)]
 
 
 def misreport(ship: Ship, claim: str = "") -> None:
     """A server of shared traffic reports to the others what is not so; nothing ends it."""
     ship.misreport = claim
+
+
+def aircraft(ship: Ship, claim: str = "", seed: int = 0) -> None:
+    """The vehicle's ADS-B receiver passes on aircraft that cannot be; no claim ends them."""
+    ship.liars = [one for one in ship.liars if isinstance(one, Liar)]
+    if claim:
+        ship.liars.append(Aircraft(ship.index + 1, claim, seed))
 
 
 ACTIONS: dict[str, Action] = {
@@ -503,7 +511,7 @@ ACTIONS: dict[str, Action] = {
         *(station_upload, station_goto, station_param, station_home, pilot_mode, pilot_throttle),
         *(pilot_stick,),
         *(link, silence, full, stuck, blind, gps, glitch, battery, radio, wind, reboot),
-        *(clock, stall, kill, start, shut_down, noise, lie, misreport),
+        *(clock, stall, kill, start, shut_down, noise, lie, misreport, aircraft),
         *(vehicle_clock, others_speak),
     )
 }

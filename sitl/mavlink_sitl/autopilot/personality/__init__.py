@@ -131,6 +131,7 @@ class Personality:
         added_commands: the other way round.
         signs_by_specification: a PX4 takes no other key while armed, and four kinds of messages
             without a signature.
+        assembles_corrections: a PX4 gives its GPS whole RTCM messages, not each fragment.
     """
 
     name: str
@@ -171,6 +172,7 @@ class Personality:
     added_commands: frozenset[int] = frozenset()
     reports_parameter_errors: bool = False
     signs_by_specification: bool = False
+    assembles_corrections: bool = False
 
     @cached_property
     def parameter_table(self) -> ParameterTable:

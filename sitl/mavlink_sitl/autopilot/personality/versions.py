@@ -25,7 +25,7 @@ class Release:
         removed_commands: MAV_CMDs that the recorded one obeys and this one does not know.
         added_commands: the other way round.
         reports_parameter_errors: PARAM_ERROR tells why a parameter is not read or set.
-        signs_by_specification: see `Personality`.
+        signs_by_specification: see `Personality`, as is `assembles_corrections`.
     """
 
     autopilot: str
@@ -36,6 +36,7 @@ class Release:
     added_commands: frozenset[int] = frozenset()
     reports_parameter_errors: bool = False
     signs_by_specification: bool = False
+    assembles_corrections: bool = False
 
 
 GET_HOME_POSITION, REQUEST_PROTOCOL_VERSION, REQUEST_AUTOPILOT_CAPABILITIES = 410, 519, 520
@@ -54,6 +55,7 @@ RELEASES = {
         0x011200FF,
         reports_parameter_errors=True,
         signs_by_specification=True,
+        assembles_corrections=True,
         added_commands=frozenset({SET_GLOBAL_ORIGIN}),
         removed_commands=frozenset(
             {
@@ -101,6 +103,7 @@ def as_release(recorded: Personality, vehicle: str, name: str) -> Personality:
         added_commands=release.added_commands,
         reports_parameter_errors=release.reports_parameter_errors,
         signs_by_specification=release.signs_by_specification,
+        assembles_corrections=release.assembles_corrections,
         used_params=used,
         plan_rules=replace(rules, used_params={c: each.of_item for c, each in used.items()}),
         banner=tuple(
