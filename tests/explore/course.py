@@ -33,12 +33,18 @@ _TROUBLE = frozenset(
     {
         *("link", "silence", "gps", "glitch", "battery", "radio", "wind", "reboot", "stall"),
         *("kill", "noise", "pilot_throttle", "station_arm", "full", "stuck", "blind"),
+<<<<<<< HEAD
         *("lie", "misreport", "aircraft"),
+=======
+        "unlocated",
+>>>>>>> c77615a5
     }
 )
 _OVER: dict[str, Callable[[dict[str, Any]], bool]] = {
     "link": lambda how: not how,
-    **dict.fromkeys(("silence", "full", "stuck", "blind"), lambda how: not how.get("on", True)),
+    **dict.fromkeys(
+        ("silence", "full", "stuck", "blind", "unlocated"), lambda how: not how.get("on", True)
+    ),
     **dict.fromkeys(("gps", "radio"), lambda how: not how.get("lost", True)),
     "glitch": lambda how: not any(how.get("offset", (1.0,))),
     "lie": lambda how: not how.get("period"),
@@ -78,6 +84,7 @@ class Goal:
         stored: whether a mission was sent for it.
         cleared: whether the mission was removed for it.
         paused: whether PAUSED was ever reported.
+        nearest_m: of a route, how near to each waypoint the vehicle has truly been, level.
     """
 
     goal_id: str
@@ -95,6 +102,14 @@ class Goal:
     stored: bool = False
     cleared: bool = False
     paused: bool = False
+    nearest_m: dict[int, float] = field(default_factory=dict)
+
+    def pass_by(self, position_enu_m: Sequence[float]) -> None:
+        """Measure how near a vehicle comes to the waypoints of its route."""
+        if isinstance(self.request, WaypointsRequest):
+            for index, waypoint in enumerate(self.request.waypoints):
+                away_m = math.dist(waypoint.position[:2], position_enu_m[:2])
+                self.nearest_m[index] = min(self.nearest_m.get(index, math.inf), away_m)
 
     @property
     def by_mission(self) -> bool:
@@ -156,12 +171,16 @@ class View:
         target_m_s: how fast the target was then; infinite while that is not known.
         mark_enu_m: where the mark truly was when it was seen last.
         mark_s: the time of that.
+<<<<<<< HEAD
         lie: the lie that somebody sends again and again with its ids; empty for none.
         lie_period_s: the time between two of these.
         denied_s: since when these have contradicted the vehicle's own reports without a break;
             infinite while they do not.
         misreports: what its server reports falsely to others; empty for nothing.
         misreported: whether it ever did.
+=======
+        armings: how often the server has sent that the motors be started.
+>>>>>>> c77615a5
         payload_ends: how often each request to gimbal or camera was answered, by its number.
     """
 
@@ -209,11 +228,15 @@ class View:
     target_m_s: float = math.inf
     mark_enu_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     mark_s: float = -math.inf
+<<<<<<< HEAD
     lie: str = ""
     lie_period_s: float = 0.0
     denied_s: float = math.inf
     misreports: str = ""
     misreported: bool = False
+=======
+    armings: int = 0
+>>>>>>> c77615a5
     payload_ends: dict[int, int] = field(default_factory=dict)
 
     def home_away_m(self, place_enu_m: Sequence[float]) -> float:
@@ -318,6 +341,7 @@ class Course:
         if truth.collided:
             view.hit_s = min(view.hit_s, now_s)
         view.truth = truth
+        view.flown.pass_by(truth.position_enu_m)
         view.recent.append((now_s, truth))
         while view.recent[0][0] < now_s - 3.0:
             view.recent.popleft()
@@ -351,6 +375,8 @@ class Course:
         if view.active is not None:
             view.active.stored |= kind == "MISSION_COUNT"
             view.active.cleared |= kind == "MISSION_CLEAR_ALL"
+        if kind in COMMANDS and message.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
+            view.armings += message.param1 == 1.0
         if kind == "MISSION_COUNT" and message.mission_type == 0:
             view.items, view.item_speed_m_s = {}, math.inf
             view.stored_for = view.flown.request

@@ -36,6 +36,7 @@ _SCRIPTS = (
     "log.py",
     "run.py",
     "scenario.py",
+    "situations.py",
 )
 _MARKS = "__reached__"
 

@@ -55,6 +55,9 @@ _PLACES = {
 _RANGES = frozenset(
     {mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE, mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR}
 )
+_POSITIONS = frozenset(
+    {mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED, mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT}
+)
 STATION = (255, 190)
 # How many states of other servers a subscription keeps; how often a server sends its own, s.
 _STATES_KEPT, _STATE_PERIOD_S = 20, 0.2
@@ -177,7 +180,7 @@ class Ship:
         self._notes = Codec(1, notes.COMPONENT_ID)
         self._recorder = Codec(255, 190)
         self._recorded = NotesReader()
-        self.full = self.blind = False
+        self.full = self.blind = self.unlocated = False
         self.clock_off_s = 0.0
         self.vehicle_clock: Clock | None = None
         self.stuck: dict[str, Message] | None = None
@@ -275,6 +278,8 @@ class Ship:
             arrived = [self._repeated(data, self.stuck) for data in arrived]
         if self.blind:
             arrived = [data for data in arrived if _message_id(data) not in _RANGES]
+        if self.unlocated:
+            arrived = [data for data in arrived if _message_id(data) not in _POSITIONS]
         self.foreign = []
         if self.beside is not None:
             self.beside()

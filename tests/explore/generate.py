@@ -13,6 +13,7 @@ from tests.explore.liar import LIES
 from tests.explore.misreports import MISREPORTS
 from tests.explore.releases import RELEASES
 from tests.explore.scenario import Craft, Event, Post, Scenario
+from tests.explore.situations import SITUATIONS_FROM, write_situation
 
 SHARING_FROM = 2**40
 """Seeds from here on are copters that share traffic"""
@@ -685,6 +686,8 @@ class _TrafficAuthor:
 
 def scenario_of(seed: int) -> Scenario:
     """Make a scenario; the same number gives the same one."""
+    if seed >= SITUATIONS_FROM:
+        return write_situation(seed)
     if seed >= SHARING_FROM:
         return _TrafficAuthor(seed).write()
     return _Author(seed).write()

@@ -10,7 +10,7 @@ import random
 from collections.abc import Callable
 
 from mavlink_sitl import LinkFaults
-from mavlink_vehicle.codec import make, mavlink
+from mavlink_vehicle.codec import Codec, make, mavlink
 from mavlink_vehicle.storage.values import encode_value
 from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.requests import (
@@ -389,6 +389,34 @@ def blind(ship: Ship, on: bool) -> None:
     ship.blind = on
 
 
+def unlocated(ship: Ship, on: bool) -> None:
+    """No position arrives, while all else does."""
+    ship.unlocated = on
+
+
+def stranger(ship: Ship, seed: int, seconds: float) -> None:
+    """Another vehicle is heard on the same link: it is elsewhere, in any mode, armed or not."""
+    rng, until_s, codec = random.Random(seed), ship.now_s + seconds, Codec(9, 1)
+    north, east = rng.uniform(-400.0, 400.0), rng.uniform(-400.0, 400.0)
+    due_s = -math.inf
+
+    def turn() -> None:
+        nonlocal due_s
+        if not due_s <= ship.now_s < until_s:
+            return
+        due_s = ship.now_s + 0.25
+        ms = round(1e3 * ship.now_s)
+        messages = (
+            make("HEARTBEAT", type=2, autopilot=3, base_mode=rng.choice((81, 89, 217)),
+                 custom_mode=rng.randrange(10), system_status=4, mavlink_version=3),
+            make("LOCAL_POSITION_NED", time_boot_ms=ms, x=north, y=east, z=-20.0, vx=3.0),
+            make("EXTENDED_SYS_STATE", landed_state=rng.randrange(1, 5)),
+        )  # fmt: skip
+        ship.foreign += [codec.encode(message) for message in messages]
+
+    ship.beside = turn
+
+
 def clock(ship: Ship, seconds: float) -> None:
     """The clock of the server's computer is set, forward or back."""
     ship.clock_off_s += seconds
@@ -510,8 +538,13 @@ ACTIONS: dict[str, Action] = {
         *(station_mode, station_pause, station_arm, station_clear, station_current),
         *(station_upload, station_goto, station_param, station_home, pilot_mode, pilot_throttle),
         *(pilot_stick,),
+<<<<<<< HEAD
         *(link, silence, full, stuck, blind, gps, glitch, battery, radio, wind, reboot),
         *(clock, stall, kill, start, shut_down, noise, lie, misreport, aircraft),
         *(vehicle_clock, others_speak),
+=======
+        *(link, silence, full, stuck, blind, unlocated, gps, glitch, battery, radio, wind, reboot),
+        *(clock, stall, kill, start, shut_down, noise, stranger),
+>>>>>>> c77615a5
     )
 }

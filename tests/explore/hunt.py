@@ -25,9 +25,11 @@ from tests.explore.coverage import Reached, import_what_stays, reach, statement_
 from tests.explore.generate import SHARING_FROM, scenario_of
 from tests.explore.planting import plant, source_of
 from tests.explore.scenario import Scenario
+from tests.explore.situations import SITUATIONS_FROM
 
 BUDGET = 12
 GROUNDS = 160
+_SITUATIONS = 72
 _SHORT_S = 60.0
 _CALM_FROM, _SHARING = 6000, 100
 _GOALS = ("navigate", "route", "takeoff", "land", "go_home")
@@ -98,23 +100,24 @@ class Verdict:
 
 @cache
 def grounds(count: int = GROUNDS) -> tuple[int, ...]:
-    """Return short seeds in which as many different things as possible happen to goals.
+    """Return situations, and short seeds in which many different things happen to goals.
 
     Of the first seeds whose scenario has one vehicle, or vehicles that share traffic, and is over
     within a minute, each one is the next that has the most coincidences that those before did not
     have; in the last third what happens to a goal is left alone by everything else.
     """
+    situations = range(SITUATIONS_FROM, SITUATIONS_FROM + _SITUATIONS)
     calm = count // 3
     sharing = range(SHARING_FROM, SHARING_FROM + _SHARING)
     found = _various(chain(range(_CALM_FROM), sharing), _coincidences, count - calm)
-    return (*found, *_various(range(_CALM_FROM, 36000), _calm_coincidences, calm))
+    return (*situations, *found, *_various(range(_CALM_FROM, 36000), _calm_coincidences, calm))
 
 
 def _various(
     seeds: Iterable[int], features: Callable[[Scenario], set[tuple[str, ...]]], count: int
 ) -> list[int]:
     left = {}
-    for seed in seeds:
+    for seed in seeds if count else ():
         scenario = scenario_of(seed)
         times = [event.time_s for event in scenario.events]
         alone = len(scenario.crafts) == 1 or scenario.shares_traffic

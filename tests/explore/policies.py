@@ -723,6 +723,92 @@ def a_blind_vehicle_stops(view: View, goal_id: str, begun_s: float, now_s: float
     return over or a_goal_ends(view, goal_id, begun_s, now_s) or _stands(view, 0.5)
 
 
+def _resumed_by_station(entry: Entry, view: View) -> str | None:
+    resumes = happens("station_pause", entry) and entry.value.how["go_on"]
+    seen = resumes and entry.value.how.get("seen", True)
+    feedback = view.flown.feedback
+    paused = feedback is not None and feedback.status is Status.PAUSED and _led(view)
+    return view.flown.goal_id if seen and paused and math.isinf(view.flown.paused_s) else None
+
+
+@within(lambda view: 12.0, _resumed_by_station, "docs/ground_stations.md")
+def a_station_resumes_the_goal(view: View, goal_id: str, begun_s: float, now_s: float) -> bool:
+    """A goal that a ground station has paused continues when the station resumes it."""
+    goal = view.goals.get(goal_id)
+    over = goal is None or bool(goal.ends) or math.isfinite(min(goal.paused_s, goal.cancel_s))
+    over = over or view.taken_s > begun_s or _troubled_since(view, begun_s)
+    return over or (goal is not None and goal.feedback is not None
+                    and goal.feedback.status is not Status.PAUSED)  # fmt: skip
+
+
+def _outside(view: View, by_m: float) -> bool:
+    """Whether it is truly outside of its flight volume, by more than that, over ground."""
+    radius_m = view.config.bridge.volume.radius_max_m
+    return math.hypot(*view.truth.position_enu_m[:2]) > radius_m + by_m
+
+
+def _carried_out(entry: Entry, view: View) -> str | None:
+    begun = view.flown.begun
+    inside_m = view.config.bridge.volume.radius_max_m
+    came = begun is not None and math.hypot(*begun.position_enu_m[:2]) < inside_m
+    known = came and view.copter and _led(view) and not view.troubled - {"wind"}
+    return view.flown.goal_id if known and entry.kind == "truth" and _outside(view, 10.0) else None
+
+
+@within(lambda view: view.config.bridge.goto.cancel_timeout_s + 15.0, _carried_out, PARAMETERS)
+def a_goal_ends_outside_the_volume(view: View, goal_id: str, begun_s: float, now_s: float) -> bool:
+    """A goal ends when its vehicle is carried out of the flight volume."""
+    over = a_goal_ends(view, goal_id, begun_s, now_s) or not _outside(view, 0.0)
+    return over or bool(view.troubled - {"wind"}) or view.stalled_until_s > begun_s
+
+
+def _unlocated(entry: Entry, view: View) -> str | None:
+    on = happens("unlocated", entry) and entry.value.how["on"]
+    return view.flown.goal_id if on and _led(view) and not view.troubled else None
+
+
+@within(lambda view: 9.0, _unlocated, OURS)
+def a_vehicle_without_positions_stops(
+    view: View, goal_id: str, begun_s: float, now_s: float
+) -> bool:
+    """A vehicle whose positions cease to arrive stops, or its goal ends."""
+    over = "unlocated" not in view.troubled or view.stalled_until_s > begun_s
+    over = over or max(view.trouble_s, view.taken_s) > begun_s
+    return over or a_goal_ends(view, goal_id, begun_s, now_s) or _stands(view, 0.5)
+
+
+def _disarmed_under_way(entry: Entry, view: View) -> str | None:
+    disarms = happens("station_arm", entry) and not entry.value.how["arm"]
+    drives = view.craft.kind in ("rover", "boat") and view.truth.armed and view.speed_m_s > 0.5
+    return view.flown.goal_id if disarms and drives and view.active else None
+
+
+@within(lambda view: 8.0, _disarmed_under_way, "docs/navigate.md, codes")
+def a_disarmed_vehicle_ends_its_goal(
+    view: View, goal_id: str, begun_s: float, now_s: float
+) -> bool:
+    """A goal ends when somebody disarms its vehicle under way."""
+    over = a_goal_ends(view, goal_id, begun_s, now_s) or view.taken_s > begun_s
+    over = over or any(truth.armed for _, truth in view.recent)
+    return over or _troubled_since(view, begun_s)
+
+
+def _arms_unheard(entry: Entry, view: View) -> int | None:
+    arms = happens("serve", entry) and entry.value.how["service"] == "arm" and view.server
+    unheard = arms and view.troubled == {"full"} and view.active is None and not view.truth.armed
+    return view.armings if unheard else None
+
+
+@within(lambda view: 3.0, _arms_unheard, "MAVLink command protocol")
+def an_unheard_command_is_sent_again(
+    view: View, armings: int, begun_s: float, now_s: float
+) -> bool:
+    """A command that is not answered is sent again."""
+    asked = view.armings - armings
+    over = view.truth.armed or view.server_s > begun_s or view.stalled_until_s > begun_s
+    return asked != 1 or over
+
+
 # --- feedback --------------------------------------------------------------------------------
 
 
@@ -807,6 +893,20 @@ def route_progress_is_consistent(feedback: GoalFeedback, view: View, now_s: floa
         return True
     in_route = 0 <= route.current < len(request.waypoints)
     return in_route and 0 <= route.lap < max(1, request.laps)
+
+
+@always(_FEEDBACK, OURS)
+def passed_waypoints_were_passed(feedback: GoalFeedback, view: View, now_s: float) -> bool:
+    """What heads for a waypoint has been near those before it, by ground truth, or missed them."""
+    goal, route = view.goal(feedback.goal_id), feedback.route
+    if route is None or route.lap or not view.hovers or goal.disturbed or _avoids_any(goal):
+        return True
+    if not view.calm(now_s, 60.0) or {"WPNAV_RADIUS", "NAV_ACC_RAD"} & set(view.craft.onboard):
+        return True
+    # The firmwares cut corners, a PX4 by its NAV_ACC_RAD of 10 m.
+    near_m = 6.0 if view.craft.autopilot == "ardupilot" else 12.0
+    passed = (index for index in range(route.current) if index not in route.missed)
+    return all(goal.nearest_m.get(index, 0.0) < near_m for index in passed)
 
 
 @always(_SUCCESS, OURS)
@@ -1652,7 +1752,10 @@ ON_TRIAL = frozenset(
         *("a_success_on_contradictory_reports", "a_goal_accepted_on_contradictory_reports"),
         *("a_landing_by_a_lie", "a_meeting_because_of_another"),
         *("payload_requests_are_answered", "payload_requests_end_once"),
-        *("a_device_that_is_not_there",),
+        *("a_device_that_is_not_there", "a_station_resumes_the_goal"),
+        *("a_goal_ends_outside_the_volume", "a_vehicle_without_positions_stops"),
+        *("a_disarmed_vehicle_ends_its_goal", "an_unheard_command_is_sent_again"),
+        *("passed_waypoints_were_passed",),
     }
 )
 """New or changed: their violations are reported, but fail nothing until they have judged a thousand

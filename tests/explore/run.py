@@ -81,7 +81,8 @@ def _mend(ship: Ship) -> None:
     ship.sim.restore_gps("explored")
     ship.sim.shift_gps((0.0, 0.0, 0.0))
     ship.sim.lose_radio(False)
-    ship.full, ship.blind, ship.stuck = False, False, None
+    ship.full = ship.blind = ship.unlocated = False
+    ship.stuck = None
     ship.liars, ship.misreport = [], ""
     ship.start_server()
     ship.log("happening", Event(0.0, ship.index, "mended"))
