@@ -33,11 +33,8 @@ _TROUBLE = frozenset(
     {
         *("link", "silence", "gps", "glitch", "battery", "radio", "wind", "reboot", "stall"),
         *("kill", "noise", "pilot_throttle", "station_arm", "full", "stuck", "blind"),
-<<<<<<< HEAD
         *("lie", "misreport", "aircraft"),
-=======
         "unlocated",
->>>>>>> c77615a5
     }
 )
 _OVER: dict[str, Callable[[dict[str, Any]], bool]] = {
@@ -171,16 +168,13 @@ class View:
         target_m_s: how fast the target was then; infinite while that is not known.
         mark_enu_m: where the mark truly was when it was seen last.
         mark_s: the time of that.
-<<<<<<< HEAD
         lie: the lie that somebody sends again and again with its ids; empty for none.
         lie_period_s: the time between two of these.
         denied_s: since when these have contradicted the vehicle's own reports without a break;
             infinite while they do not.
         misreports: what its server reports falsely to others; empty for nothing.
         misreported: whether it ever did.
-=======
         armings: how often the server has sent that the motors be started.
->>>>>>> c77615a5
         payload_ends: how often each request to gimbal or camera was answered, by its number.
     """
 
@@ -228,15 +222,12 @@ class View:
     target_m_s: float = math.inf
     mark_enu_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     mark_s: float = -math.inf
-<<<<<<< HEAD
     lie: str = ""
     lie_period_s: float = 0.0
     denied_s: float = math.inf
     misreports: str = ""
     misreported: bool = False
-=======
     armings: int = 0
->>>>>>> c77615a5
     payload_ends: dict[int, int] = field(default_factory=dict)
 
     def home_away_m(self, place_enu_m: Sequence[float]) -> float:

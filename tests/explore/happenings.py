@@ -538,13 +538,8 @@ ACTIONS: dict[str, Action] = {
         *(station_mode, station_pause, station_arm, station_clear, station_current),
         *(station_upload, station_goto, station_param, station_home, pilot_mode, pilot_throttle),
         *(pilot_stick,),
-<<<<<<< HEAD
-        *(link, silence, full, stuck, blind, gps, glitch, battery, radio, wind, reboot),
-        *(clock, stall, kill, start, shut_down, noise, lie, misreport, aircraft),
-        *(vehicle_clock, others_speak),
-=======
         *(link, silence, full, stuck, blind, unlocated, gps, glitch, battery, radio, wind, reboot),
-        *(clock, stall, kill, start, shut_down, noise, stranger),
->>>>>>> c77615a5
+        *(clock, stall, kill, start, shut_down, noise, stranger, lie, misreport, aircraft),
+        *(vehicle_clock, others_speak),
     )
 }
