@@ -26,6 +26,7 @@ from tests.explore.policies import ON_TRIAL, POLICIES
 from tests.explore.run import fly
 from tests.explore.scenario import Scenario
 from tests.explore.shrink import shrink
+from tests.explore.situations import SITUATIONS_FROM
 
 _LAST_ENTRIES = 15
 _WIDTH = 200
@@ -44,6 +45,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--first", type=_number, default=0, help=first_help)
     sharing_help = "one seed in N is of shared traffic (default: 8; 0: none)"
     parser.add_argument("--sharing", type=int, default=8, metavar="N", help=sharing_help)
+    situations_help = "one seed in N is a situation (default: 8; 0: none)"
+    parser.add_argument("--situations", type=int, default=8, metavar="N", help=situations_help)
     parser.add_argument("--minutes", type=float, help="stop after this time")
     parser.add_argument("--workers", type=int, default=2, help="processes (default: 2)")
     dask_help = "fly on this Dask cluster; 'local': a cluster of --workers on this machine"
@@ -118,7 +121,7 @@ def _many(options: argparse.Namespace) -> int:
     failed = False
 
     def seeds() -> Iterator[int]:
-        for seed in drawn(options.first, options.seeds, options.sharing):
+        for seed in drawn(options.first, options.seeds, options.sharing, options.situations):
             if options.minutes and time.monotonic() - begun_s > 60.0 * options.minutes:
                 return
             yield seed
@@ -146,11 +149,18 @@ def _many(options: argparse.Namespace) -> int:
     return 1 if failed else 0
 
 
-def drawn(first: int, count: int, sharing: int) -> Iterator[int]:
-    """Return seeds from one on; one in `sharing` is raised to one of shared traffic."""
+def drawn(first: int, count: int, sharing: int, situations: int = 0) -> Iterator[int]:
+    """Return seeds from one on; some are raised.
+
+    One in `sharing` becomes one of shared traffic, and one in `situations` a situation.
+    """
     for seed in itertools.islice(itertools.count(first), count):
-        shares = sharing > 0 and seed % sharing == 0 and seed < SHARING_FROM
-        yield seed + SHARING_FROM * shares
+        if sharing > 0 and seed % sharing == 0 and seed < SHARING_FROM:
+            yield seed + SHARING_FROM
+        elif situations > 0 and seed % situations == situations // 2 and seed < SHARING_FROM:
+            yield seed // situations + SITUATIONS_FROM
+        else:
+            yield seed
 
 
 @contextmanager

@@ -20,7 +20,7 @@ from navigation_bridge.goals.goal import (
 from navigation_bridge.goals.requests import LandRequest, Request, WaypointsRequest
 from navigation_core.tasks.progress import Status
 from tests.explore.log import NOBODY, Asked, Entry, PayloadAsked, PayloadEnded, Truth
-from tests.explore.scenario import Craft, Event, Scenario
+from tests.explore.scenario import Craft, Event, Post, Scenario
 
 SETPOINTS = ("SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT")
 COMMANDS = ("COMMAND_LONG", "COMMAND_INT")
@@ -125,6 +125,7 @@ class View:
     Attributes:
         craft: of the scenario.
         config: of the server.
+        posts: that stand around.
         wind_m_s: steady wind.
         gust_m_s: standard deviation of the gusts.
         goals: all accepted goals of this server's life, by id.
@@ -180,6 +181,7 @@ class View:
 
     craft: Craft
     config: ServerConfig
+    posts: tuple[Post, ...] = ()
     wind_m_s: float = 0.0
     gust_m_s: float = 0.0
     goals: dict[str, Goal] = field(default_factory=dict)
@@ -301,6 +303,7 @@ class Course:
             View(
                 craft,
                 make_config({"arming": "auto", **craft.server}),
+                scenario.posts,
                 wind_m_s,
                 scenario.gust_m_s,
             )

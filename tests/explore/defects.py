@@ -332,52 +332,34 @@ MUTANTS: tuple[Mutant, ...] = (
 
 REASONS = {
     "a pilot is not noticed": "the task sees the mode by itself and ends with the same code",
-    "arming is not asked about": "no seed calls the arm service with `arming` never and no goal",
-    "the vehicle is left with a velocity": "goals end at a stand or in another mode",
     "the setpoint continues in another mode": "the task sees the mode by itself",
-    "positions are not missed": "the doubt about a position has the vehicle hold before",
-    "obstacles are not braked for": "paths keep clear; the brake is behind them",
+    "a mode left is no end": "the bridge's own watch of the mode ends the goal before",
+    "setpoints in any mode": "nobody offers a setpoint in another mode",
+    "the stream stays open for a pilot": "the vehicle's interlock rejects setpoints in other modes",
+    "the vehicle is left with a velocity": "goals end at a stand or in another mode",
     "nothing must brake": "paths keep clear; the brake is behind them",
     "no path is in conflict": "the brake stops the vehicle, and another path is looked for",
     "arrived is at any speed": "who stays within the radius for the dwell is slow",
-    "setpoints in any mode": "nobody offers a setpoint in another mode",
-    "the stream is never closed": "it adds an acceleration of zero, which changes no flight",
-    "the volume is not watched": "no seed has a vehicle carried out of its volume",
-    "the fence is not checked": "no seed has a target beyond its fence",
-    "a goal before the first position": "scenarios begin with a position",
-    "base_link is not turned back to ENU": "the truth has no heading; the distance is the same",
-    "the stream stays open for a pilot": "the vehicle's interlock rejects setpoints in other modes",
     "the stream ends before the vehicle holds": "the hold mode comes before COM_OF_LOSS_T",
     "parking never lets go": "the vehicle's interlock ends it with the mode",
     "infinity is a number": "the check of the target rejects it with the same code",
-    "the volume is not checked": "the battery's forecast rejects what is far, with its own code",
-    "base_link is about the origin": "such goals begin near the origin in the seeds",
-    "a station's pause is not passed on": "no short seed pauses so with `on_station_pause` pause",
-    "a station cannot resume": "no short seed pauses so with `on_station_pause` pause",
-    "a mission has its own speed": "missions of the seeds are too short for their speed to show",
-    "a mission cannot be paused": "missions of the seeds end or are replaced before it shows",
-    "a disarmed mission continues": "the vehicle led by its mission ends it with another code",
-    "a mission is over anywhere": "missions of the cheap seeds do not end by themselves",
-    "a return is over where it begins": "no seed ends a drive home",
     "the last look at a path is left out": "searches keep clear by themselves",
-    "obstacles are always far": "straight paths that hit nothing are searched for, and found",
-    "a blocked path is waited at for ever": "no path is blocked for so long in the seeds",
-    "a silent sensor is trusted": "no sensor of the seeds falls silent beside obstacles",
-    "a command is sent once": "the task asks again",
     "any answer is ours": "the state must show what was asked for, whatever is answered",
     "a rejection is an end at once": "no operation ends while the link is lost in the seeds",
-    "an operation never ends": "the task has its own timeout",
     "a take-off is over on the ground": "other conditions of a take-off hold it up",
     "a stranger is the vehicle": "its frames do not change what is sent",
-    "east is north": "goals end TIMEOUT, which is judged only of a first one without settings",
-    "jumps of old goals count": "no seed has a goal after a jump that stays",
-    "a lost link is waited for for ever": "links of most short seeds come back before",
-    "a mode left is no end": "the bridge's own watch of the mode ends the goal before",
-    "home is an item": "the number of a waypoint is not compared with the vehicle's",
-    "the last item is never asked for": "the goal ends with a reason, as on a faulty link",
-    "skipped waypoints count": "missions that skip one were disturbed, and anything is right then",
 }
 """Why some are not found."""
+
+
+TOGETHER = (
+    (
+        *("the setpoint continues in another mode", "a pilot is not noticed"),
+        *("a mode left is no end", "setpoints in any mode", "the stream stays open for a pilot"),
+    ),
+    ("no path is in conflict", "nothing must brake"),
+)
+"""Defects that mask each other: each check stands behind another one."""
 
 
 def planted(source: str, mutant: Mutant) -> str:

@@ -25,7 +25,7 @@ from tests.explore.coverage import Reached, import_what_stays, reach, statement_
 from tests.explore.generate import SHARING_FROM, scenario_of
 from tests.explore.planting import plant, source_of
 from tests.explore.scenario import Scenario
-from tests.explore.situations import SITUATIONS_FROM
+from tests.explore.situations import SITUATIONS_FROM, situation_of
 
 BUDGET = 12
 GROUNDS = 160
@@ -41,23 +41,27 @@ _PATIENCE = 4.0
 _PATIENCE_S = 3.0
 # Worth of a line that another kind of vehicle executed, and of one elsewhere in the module.
 _KIND, _BESIDE, _LITTLE = 0.03, 0.01, 0.05
+# Of a situation that was not flown yet.
+_SITUATION = 1.0
 _BY_TIME = "takes four times as long"
 _BY_IMPORT = "cannot be imported"
 
 
 @dataclass(frozen=True)
 class Defect:
-    """A changed module.
+    """A changed module, or several.
 
     Attributes:
         name: what is wrong.
         module: where.
         source: its whole source, changed.
+        others: other changed modules, with their sources.
     """
 
     name: str
     module: str
     source: str
+    others: tuple[tuple[str, str], ...] = ()
 
     @property
     def line(self) -> int:
@@ -204,7 +208,10 @@ def _seen(flight: Reached, module: str) -> set[tuple[int, str]]:
     """The executed lines of a module, for the kind of vehicle, and for any."""
     craft = scenario_of(flight.seed).crafts[0]
     lines = flight.lines[module]
-    return {(line, kind) for line in lines for kind in ("", f"{craft.kind} {craft.autopilot}")}
+    seen = {(line, kind) for line in lines for kind in ("", f"{craft.kind} {craft.autopilot}")}
+    if flight.seed >= SITUATIONS_FROM:
+        seen.add((0, situation_of(flight.seed).__name__))
+    return seen
 
 
 def _worth(
@@ -212,7 +219,7 @@ def _worth(
 ) -> float:
     new = _seen(flight, module) - seen
     within = [kind for line, kind in new if first <= line <= last]
-    lines = within.count("")
+    lines = within.count("") + _SITUATION * any(line == 0 for line, _ in new)
     return (lines + _KIND * (len(within) - lines) + _BESIDE * len(new)) / (flight.cpu_s + 1.0)
 
 
@@ -266,10 +273,11 @@ def _hunt_one(defect: Defect, seeds: Sequence[Reached], pipe: Connection) -> Non
 
 def _fate(defect: Defect, seeds: Sequence[Reached]) -> tuple[Fate, str, int, int]:
     def compiled(name: str, _: str, path: Path) -> tuple[CodeType, dict[str, object]] | None:
-        if name != defect.module:
+        if name not in sources:
             return None
-        return compile(ast.parse(defect.source), str(path), "exec"), {}
+        return compile(ast.parse(sources[name]), str(path), "exec"), {}
 
+    sources = {defect.module: defect.source, **dict(defect.others)}
     plant(compiled)
     try:
         explorer = importlib.import_module("tests.explore.explorer")

@@ -15,7 +15,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from tests.explore.coverage import OUT
-from tests.explore.defects import MUTANTS, REASONS, Mutant, planted
+from tests.explore.defects import MUTANTS, REASONS, TOGETHER, Mutant, planted
 from tests.explore.hunt import BUDGET, GROUNDS, Defect, Fate, Verdict, hunt, sound_flights
 from tests.explore.mutation_tool import generate
 from tests.explore.planting import source_of
@@ -30,6 +30,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--budget", type=int, default=BUDGET, help="seeds that each is hunted with")
     parser.add_argument("--map", type=int, default=GROUNDS, help="seeds to choose these from")
     parser.add_argument("--tool", type=int, metavar="N", help="hunt N mutants of the tool instead")
+    together_help = "plant those that mask each other, all at once"
+    parser.add_argument("--together", action="store_true", help=together_help)
     parser.add_argument("--go-on", action="store_true", help="only those without a result")
     fates = [fate.name for fate in Fate]
     again_help = "and, with --go-on, those with this result"
@@ -41,6 +43,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     if options.tool is not None:
         made, path = generate(options.tool), BY_TOOL
+    elif options.together:
+        made, path = [defect_of_several(names) for names in TOGETHER], BY_HAND
     else:
         chosen = [m for m in MUTANTS if not options.names or m.name in options.names]
         made, path = [defect_of(mutant) for mutant in chosen], BY_HAND
@@ -63,6 +67,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def defect_of(mutant: Mutant) -> Defect:
     """Return a mutant with its whole source."""
     return Defect(mutant.name, mutant.module, planted(source_of(mutant.module), mutant))
+
+
+def defect_of_several(names: Sequence[str]) -> Defect:
+    """Return several mutants, planted together."""
+    named = {mutant.name: mutant for mutant in MUTANTS}
+    sources: dict[str, str] = {}
+    for mutant in (named[name] for name in names):
+        sources[mutant.module] = planted(
+            sources.get(mutant.module, source_of(mutant.module)), mutant
+        )
+    (module, source), *others = sources.items()
+    return Defect(" + ".join(names), module, source, tuple(others))
 
 
 def load(path: Path) -> list[Verdict]:

@@ -39,6 +39,7 @@ from navigation_core.tasks.flying.target_landing import OFF_MAX_M
 from navigation_core.tasks.progress import FollowState, Status
 from tests.explore.course import COMMANDS, SETPOINTS, Goal, View, speed_of
 from tests.explore.log import Asked, Entry, PayloadAsked, PayloadEnded, Truth
+from tests.explore.passages import has_passage
 from tests.explore.temporal import (
     Select,
     always,
@@ -62,6 +63,8 @@ _ANSWER_S = 4.0
 # On a good link, knowledge of a vehicle is at most this old.
 _REPORTED_S = 0.5
 _HULL_M = 0.5
+# To the posts on both sides of a path that nobody misses.
+_WIDE_M = 2.5
 # A vehicle that has been on for less shows a restart neither by its time since boot nor otherwise.
 _BOOTED_S = 3.0
 # Of latitude; and the radius of a plane's circle, which it flies twice as wide at most.
@@ -417,6 +420,16 @@ def a_mishap_of_a_first_goal(end: GoalFinished, view: View, now_s: float) -> boo
     return alone and usual and not _avoids_any(goal) and end.code in _MISHAPS
 
 
+@never(_ended(OutcomeCode.NO_PATH), "docs/obstacles.md")
+def a_passage_not_found(end: GoalFinished, view: View, now_s: float) -> bool:
+    """A copter that avoids obstacles finds a path to its target where a wide one exists."""
+    goal, target = view.goal(end.goal_id), _target(view.goal(end.goal_id).request)
+    usual = not view.craft.onboard and not view.craft.server and view.copter
+    if not usual or target is None or goal.begun is None or not _undisturbed(end, view, now_s):
+        return False
+    return has_passage(view.posts, goal.begun.position_enu_m, target, _WIDE_M)
+
+
 def _avoids_any(goal: Any) -> bool:
     return bool(getattr(goal.request, "avoid_obstacles", False))
 
@@ -741,6 +754,20 @@ def a_station_resumes_the_goal(view: View, goal_id: str, begun_s: float, now_s: 
                     and goal.feedback.status is not Status.PAUSED)  # fmt: skip
 
 
+def _pauses_the_goal(entry: Entry, view: View) -> str | None:
+    pauses = view.craft.server.get("on_station_pause") == "pause"
+    under_way = view.flown.feedback is not None and view.flown.feedback.status is Status.NAVIGATING
+    return _paused_by_station(entry, view) if pauses and under_way else None
+
+
+@within(lambda view: 6.0, _pauses_the_goal, "docs/ground_stations.md")
+def a_station_pause_is_reported(view: View, goal_id: str, begun_s: float, now_s: float) -> bool:
+    """With `on_station_pause` pause a goal that a ground station pauses says so, or ends."""
+    goal = view.goals.get(goal_id)
+    over = goal is None or bool(goal.ends) or goal.paused or math.isfinite(goal.cancel_s)
+    return over or view.taken_s > begun_s or _troubled_since(view, begun_s)
+
+
 def _outside(view: View, by_m: float) -> bool:
     """Whether it is truly outside of its flight volume, by more than that, over ground."""
     radius_m = view.config.bridge.volume.radius_max_m
@@ -755,10 +782,12 @@ def _carried_out(entry: Entry, view: View) -> str | None:
     return view.flown.goal_id if known and entry.kind == "truth" and _outside(view, 10.0) else None
 
 
-@within(lambda view: view.config.bridge.goto.cancel_timeout_s + 15.0, _carried_out, PARAMETERS)
-def a_goal_ends_outside_the_volume(view: View, goal_id: str, begun_s: float, now_s: float) -> bool:
-    """A goal ends when its vehicle is carried out of the flight volume."""
+@within(lambda view: 5.0, _carried_out, PARAMETERS)
+def a_goal_stops_outside_the_volume(view: View, goal_id: str, begun_s: float, now_s: float) -> bool:
+    """A goal whose vehicle is carried out of the flight volume is being cancelled, or ends."""
     over = a_goal_ends(view, goal_id, begun_s, now_s) or not _outside(view, 0.0)
+    feedback = view.goal(goal_id).feedback
+    over = over or (feedback is not None and feedback.status is Status.CANCELLING)
     return over or bool(view.troubled - {"wind"}) or view.stalled_until_s > begun_s
 
 
@@ -905,7 +934,11 @@ def passed_waypoints_were_passed(feedback: GoalFeedback, view: View, now_s: floa
         return True
     # The firmwares cut corners, a PX4 by its NAV_ACC_RAD of 10 m.
     near_m = 6.0 if view.craft.autopilot == "ardupilot" else 12.0
-    passed = (index for index in range(route.current) if index not in route.missed)
+    if any(index >= route.current for index in route.missed):
+        return False
+    alone = goal.by_mission and not goal.paused and math.isinf(min(goal.paused_s, goal.cancel_s))
+    missed = () if alone else route.missed
+    passed = (index for index in range(route.current) if index not in missed)
     return all(goal.nearest_m.get(index, 0.0) < near_m for index in passed)
 
 
@@ -1753,7 +1786,8 @@ ON_TRIAL = frozenset(
         *("a_landing_by_a_lie", "a_meeting_because_of_another"),
         *("payload_requests_are_answered", "payload_requests_end_once"),
         *("a_device_that_is_not_there", "a_station_resumes_the_goal"),
-        *("a_goal_ends_outside_the_volume", "a_vehicle_without_positions_stops"),
+        *("a_station_pause_is_reported", "a_passage_not_found"),
+        *("a_goal_stops_outside_the_volume", "a_vehicle_without_positions_stops"),
         *("a_disarmed_vehicle_ends_its_goal", "an_unheard_command_is_sent_again"),
         *("passed_waypoints_were_passed",),
     }

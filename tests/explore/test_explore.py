@@ -11,19 +11,20 @@ import pytest
 from tests.explore.__main__ import drawn, policy_table
 from tests.explore.check import Checker
 from tests.explore.coverage import Reached, compile_marked, statement_lines
-from tests.explore.defects import MUTANTS, planted
+from tests.explore.defects import MUTANTS, TOGETHER, planted
 from tests.explore.exploration import Exploration
 from tests.explore.explorer import explore_seed
 from tests.explore.generate import scenario_of
 from tests.explore.hunt import Fate, hunt
 from tests.explore.log import Log
-from tests.explore.mutants import defect_of
+from tests.explore.mutants import defect_of, defect_of_several
 from tests.explore.planting import source_of
 from tests.explore.policies import ON_TRIAL, POLICIES
 from tests.explore.releases import RELEASES
 from tests.explore.run import fly
 from tests.explore.scenario import Craft, Event, Scenario
 from tests.explore.shrink import shrink
+from tests.explore.situations import SITUATIONS_FROM, situation_of
 
 pytestmark = pytest.mark.wide_but_first
 
@@ -85,6 +86,30 @@ def test_one_seed_in_eight_is_of_shared_traffic() -> None:
     assert len(set(seeds)) == 80
     assert sum(scenario_of(seed).shares_traffic for seed in seeds) == 10
     assert list(drawn(13, 80, 0)) == list(range(13, 93))
+
+
+def test_one_seed_in_eight_is_a_situation_and_they_take_turns() -> None:
+    raised = [seed for seed in drawn(13, 192, 8, 8) if seed >= SITUATIONS_FROM]
+    assert len({situation_of(seed) for seed in raised}) == len(raised) == 24
+    assert all(len(scenario_of(seed).crafts) == 1 for seed in raised)
+
+
+@pytest.mark.parametrize("seed", [3, 8])
+def test_a_situation_repeats_without_a_violation(seed: int) -> None:
+    flown = explore_seed(SITUATIONS_FROM + seed)
+    assert not flown.error
+    assert not flown.violations
+    assert flown.digest == explore_seed(SITUATIONS_FROM + seed).digest
+
+
+def test_defects_planted_together_are_all_there() -> None:
+    for names in TOGETHER:
+        defect = defect_of_several(names)
+        sources = {defect.module: defect.source, **dict(defect.others)}
+        mutants = [mutant for mutant in MUTANTS if mutant.name in names]
+        assert len(mutants) == len(names)
+        for mutant in mutants:
+            assert mutant.sound not in sources[mutant.module]
 
 
 def test_all_releases_and_devices_are_drawn_and_each_has_its_parameters() -> None:
