@@ -33,6 +33,7 @@ _TROUBLE = frozenset(
     {
         *("link", "silence", "gps", "glitch", "battery", "radio", "wind", "reboot", "stall"),
         *("kill", "noise", "pilot_throttle", "station_arm", "full", "stuck", "blind"),
+        *("lie", "misreport", "aircraft"),
         "unlocated",
     }
 )
@@ -43,8 +44,21 @@ _OVER: dict[str, Callable[[dict[str, Any]], bool]] = {
     ),
     **dict.fromkeys(("gps", "radio"), lambda how: not how.get("lost", True)),
     "glitch": lambda how: not any(how.get("offset", (1.0,))),
+    "lie": lambda how: not how.get("period"),
+    **dict.fromkeys(("misreport", "aircraft"), lambda how: not how.get("claim")),
 }
 """Trouble that passes, and of the arguments of its event whether it is over"""
+_DENIED: dict[str, Callable[[Truth], bool]] = {
+    "disarmed": lambda truth: truth.armed,
+    "armed": lambda truth: not truth.armed,
+    "landed": lambda truth: not truth.on_ground,
+    "down": lambda truth: truth.armed and not truth.on_ground,
+    "airborne": lambda truth: truth.on_ground,
+    "no fix": lambda _: True,
+    "elsewhere": lambda truth: truth.armed and not truth.on_ground,
+}
+"""The lies that the vehicle's own reports deny again and again, and when they do"""
+_OF_FLYING = frozenset({"landed", "down", "airborne"})
 
 
 @dataclass
@@ -155,6 +169,12 @@ class View:
         target_m_s: how fast the target was then; infinite while that is not known.
         mark_enu_m: where the mark truly was when it was seen last.
         mark_s: the time of that.
+        lie: the lie that somebody sends again and again with its ids; empty for none.
+        lie_period_s: the time between two of these.
+        denied_s: since when these have contradicted the vehicle's own reports without a break;
+            infinite while they do not.
+        misreports: what its server reports falsely to others; empty for nothing.
+        misreported: whether it ever did.
         armings: how often the server has sent that the motors be started.
         payload_ends: how often each request to gimbal or camera was answered, by its number.
     """
@@ -204,6 +224,11 @@ class View:
     target_m_s: float = math.inf
     mark_enu_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     mark_s: float = -math.inf
+    lie: str = ""
+    lie_period_s: float = 0.0
+    denied_s: float = math.inf
+    misreports: str = ""
+    misreported: bool = False
     armings: int = 0
     payload_ends: dict[int, int] = field(default_factory=dict)
 
@@ -302,6 +327,11 @@ class Course:
             view.homes_enu_m += (truth.position_enu_m[:2],)
         if truth.mode != view.truth.mode:
             view.mode_s = now_s
+        # A rover or boat need not report whether it stands on the ground.
+        reports = view.craft.kind in ("copter", "plane") or view.lie not in _OF_FLYING
+        is_heard = reports and not view.craft.signed and view.lie in _DENIED
+        is_denied = is_heard and _DENIED[view.lie](truth)
+        view.denied_s = min(view.denied_s, now_s) if is_denied else math.inf
         if truth.collided:
             view.hit_s = min(view.hit_s, now_s)
         view.truth = truth
@@ -427,6 +457,13 @@ class Course:
             return
         if what == "reboot":
             view.rebooted_s = now_s
+        elif what == "lie":
+            view.lie, view.lie_period_s = "", how.get("period", 0.0)
+            if view.lie_period_s:
+                view.lie = how["claim"]
+        elif what == "misreport":
+            view.misreports = how.get("claim", "")
+            view.misreported = True
         if what in ("noise", "station_arm", "reboot", "kill", "pilot_throttle"):
             return
         if what in _OVER and _OVER[what](how):

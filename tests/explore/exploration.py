@@ -28,12 +28,16 @@ from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
 from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.progress import Status
 from navigation_core.tasks.traffic.negotiation import Negotiation, PeerState
+from tests.explore.aircraft import Aircraft
+from tests.explore.liar import Liar
 from tests.explore.log import NOBODY, Asked, Log, PayloadAsked, PayloadEnded, Truth
+from tests.explore.misreports import misreported
 from tests.explore.releases import as_named
 from tests.explore.scenario import Craft, Post, Scenario
 from tests.explore.sizes import largest
 from tests.support.flights.late_searches import LateSearcher
 from tests.support.flights.peer_states import moved_state
+from tests.support.messages.vehicle_clocks import Clock, with_clock
 
 _TICK_S = 0.025
 _TRUTH_S = 0.1
@@ -108,7 +112,8 @@ class Server:
             self._negotiate(self.traffic, now)
         for data in arrived:
             for message in self.codec.decode(data):
-                bridge.receive(message, now)
+                clock = self._ship.vehicle_clock
+                bridge.receive(message if clock is None else with_clock(message, clock, now), now)
         deadline = bridge.next_deadline()
         if deadline is not None and deadline <= now:
             bridge.handle_timer(now)
@@ -177,6 +182,7 @@ class Ship:
         self._recorded = NotesReader()
         self.full = self.blind = self.unlocated = False
         self.clock_off_s = 0.0
+        self.vehicle_clock: Clock | None = None
         self.stuck: dict[str, Message] | None = None
         self._autopilot = Codec(index + 1, 1)
         self._stranger = Codec(*STATION)
@@ -184,6 +190,8 @@ class Ship:
         self._reader = Codec(index + 1, 1, self._signing())
         self.server: Server | None = None
         self.beside: Callable[[], None] | None = None  # of what moves beside it
+        self.liars: list[Liar | Aircraft] = []
+        self.misreport = ""
         self.stick_forward = 0.0
         self._sticks_due_s = 0.0
         if craft.signed:
@@ -263,7 +271,9 @@ class Ship:
     def turn(self) -> None:
         """Let the server do what is due."""
         self._hold_sticks()
-        arrived = self.sim.link.read_datagrams() + self.foreign
+        true = self.sim.link.read_datagrams()
+        lies = [frame for liar in self.liars for frame in liar.turn(true, self.now_s)]
+        arrived = true + lies + self.foreign
         if self.stuck is not None:
             arrived = [self._repeated(data, self.stuck) for data in arrived]
         if self.blind:
@@ -284,7 +294,10 @@ class Ship:
             raise
 
     def tell_others(self, traffic: SharedTraffic, state: PeerState) -> None:
-        """Send the state of its server to the others."""
+        """Send the state of its server to the others, or what it reports instead."""
+        if self.misreport == "silent":
+            return
+        state = misreported(state, self.misreport)
         for ship in self._flight.ships:
             if ship is not self and ship.server is not None:
                 ship.server.inbox.append((traffic, state))

@@ -7,12 +7,22 @@ import random
 from dataclasses import replace
 from typing import Any
 
+from tests.explore import sources
+from tests.explore.aircraft import AIRCRAFT
+from tests.explore.liar import LIES
+from tests.explore.misreports import MISREPORTS
 from tests.explore.releases import RELEASES
 from tests.explore.scenario import Craft, Event, Post, Scenario
 from tests.explore.situations import SITUATIONS_FROM, write_situation
 
 SHARING_FROM = 2**40
 """Seeds from here on are copters that share traffic"""
+
+LYING = 2**39
+"""Seeds with this bit are the same with somebody who lies"""
+
+UNSAFE = 2**38
+"""Seeds with this bit are the same with ground stations that do what is legal at bad moments"""
 
 _HOMES = (
     (-35.363261, 149.165230, 584.0),
@@ -102,12 +112,33 @@ _SET_IN_FLIGHT: dict[tuple[str, str], tuple[tuple[str, tuple[float, ...]], ...]]
         *_ONBOARD["rover", "ardupilot"], ("WP_SPEED", (0.2, 10.0)),
     ),
 }  # fmt: skip
+# More of these, for seeds with the bit UNSAFE: at the limits that the autopilots accept.
+_UNSAFE_SETTINGS: dict[tuple[str, str], tuple[tuple[str, tuple[float, ...]], ...]] = {
+    ("copter", "ardupilot"): (
+        *_SET_IN_FLIGHT["copter", "ardupilot"],
+        ("RTL_SPEED", (0.0, 2000.0)), ("RTL_LOIT_TIME", (0.0, 60000.0)),
+        ("LAND_SPEED", (30.0, 200.0)), ("WPNAV_ACCEL_Z", (50.0, 500.0)),
+        ("WPNAV_JERK", (1.0, 20.0)), ("FS_EKF_ACTION", (1.0, 2.0, 3.0)),
+        ("FS_GCS_TIMEOUT", (2.0, 120.0)), ("DISARM_DELAY", (0.0, 1.0, 127.0)),
+        ("FENCE_TYPE", (1.0, 2.0, 3.0)), ("FENCE_MARGIN", (1.0, 10.0)),
+    ),
+    ("copter", "px4"): (
+        *_SET_IN_FLIGHT["copter", "px4"],
+        ("MPC_ACC_HOR", (2.0, 15.0)), ("MPC_JERK_AUTO", (1.0, 80.0)),
+        ("MPC_TKO_SPEED", (1.0, 5.0)), ("MPC_LAND_SPEED", (0.6, 2.0)),
+        ("MPC_Z_V_AUTO_UP", (0.5, 8.0)), ("MPC_Z_V_AUTO_DN", (0.5, 4.0)),
+        ("COM_DL_LOSS_T", (5.0, 300.0)), ("COM_DISARM_LAND", (0.1, 20.0)),
+        ("RTL_TYPE", (0.0, 1.0, 3.0)), ("GF_MAX_VER_DIST", (5.0, 60.0)),
+    ),
+    ("rover", "ardupilot"): _SET_IN_FLIGHT["rover", "ardupilot"],
+}  # fmt: skip
 # Where they stand, east and north of the first one, and in whose places they change.
 _SHARED_PLACES_M = ((0.0, 0.0), (12.0, 0.0), (6.0, 10.0))
 _SWAPS = ((1, 0, 2), (1, 2, 0), (2, 0, 1))
 _METRES_PER_DEGREE = 111_200.0
 # With these an ArduCopter lands on a target.
 _LANDS_ON_TARGETS = {"PLND_ENABLED": 1.0, "PLND_TYPE": 1.0}
+_GOALS = ("navigate", "route", "orbit", "follow", "takeoff", "land", "go_home")
 _BAD_NUMBERS = (math.nan, math.inf, -math.inf, 1e9, -1e9, 1e-300)
 
 
@@ -115,6 +146,8 @@ class _Author:
     """Writes one scenario."""
 
     def __init__(self, seed: int) -> None:
+        self.lying, self.unsafe = bool(seed & LYING), bool(seed & UNSAFE)
+        self.whole_seed, seed = seed, seed & ~(LYING | UNSAFE)
         self.rng = random.Random(seed)
         self.seed = seed
         self.events: list[Event] = []
@@ -139,12 +172,17 @@ class _Author:
             if self.mood in ("trouble", "all"):
                 self._trouble(index)
             self._pilot(index)
+            self.events += sources.drawn(self.seed, index, self.last_s)
             self._release(index)
             self._payload(index)
+            if self.lying:
+                self._lies(index)
+            if self.unsafe:
+                self._unsafe(index)
         wind = rng.uniform(0.0, 7.0) if rng.random() < 0.4 else 0.0
         angle = rng.uniform(0.0, math.tau)
         return Scenario(
-            self.seed,
+            self.whole_seed,
             tuple(self._prepared(index, craft) for index, craft in enumerate(self.crafts)),
             tuple(sorted(self.events, key=lambda event: event.time_s)),
             posts,
@@ -454,6 +492,45 @@ class _Author:
                     how["target"][rng.randrange(3)] = rng.choice(_BAD_NUMBERS)
             self._add(t, craft, "point", **how)
 
+    def _unsafe(self, craft: int) -> None:
+        """Soon after each goal is asked for: settings, another mission or home, flicked modes."""
+        rng = random.Random(f"unsafe {self.seed} {craft}")
+        specs = _UNSAFE_SETTINGS.get(self._kind(craft), ())
+        modes = _PILOT_MODES[self._kind(craft)]
+        asked = [e for e in self.events if e.craft == craft and e.what in _GOALS]
+        for goal in asked[:6]:
+            t, seen = goal.time_s + rng.choice((0.05, 0.3, 1.0, 4.0, 12.0)), rng.random() < 0.6
+            draw = rng.random()
+            if draw < 0.5 and specs:
+                name, values = rng.choice(specs)
+                self._add(t, craft, "station_param", name=name, value=rng.choice(values), seen=seen)
+            elif draw < 0.65:
+                offset = [round(rng.uniform(-60.0, 60.0), 1) for _ in range(2)]
+                self._add(t, craft, "station_home", offset=[*offset, 0.0], seen=seen)
+            elif draw < 0.8:
+                self._add(t, craft, "station_upload", count=rng.randrange(1, 6), seen=seen)
+            else:
+                flicked, back = rng.choice(modes), rng.choice(modes)
+                self._add(t, craft, "pilot_mode", mode=flicked)
+                self._add(t + rng.choice((0.05, 0.3, 1.2)), craft, "pilot_mode", mode=back)
+
+    def _lies(self, craft: int) -> None:
+        """Frames with the vehicle's ids: a stream, slower or faster than its own, or single ones.
+
+        A second one may begin as the first has ended, and goals are asked for meanwhile.
+        """
+        rng = random.Random(f"lies {self.seed} {craft}")
+        at_s = rng.uniform(0.0, 25.0)
+        for _ in range(rng.choice((1, 2, 3))):
+            claim, period_s = rng.choice(tuple(LIES)), rng.choice((0.0, 0.05, 0.2, 0.7, 2.0, 5.0))
+            self._add(at_s, craft, "lie", claim=claim, period=period_s)
+            lasts_s = rng.uniform(5.0, 40.0)
+            if rng.random() < 0.7:
+                self._add(at_s + 0.8 * lasts_s, craft, rng.choice(("land", "go_home", "takeoff")))
+            at_s += lasts_s
+            self._add(at_s, craft, "lie")
+            at_s += rng.uniform(0.0, 20.0)
+
     def _trouble(self, craft: int) -> None:
         rng = self.rng
         for _ in range(rng.choice((0, 1, 1, 2, 3))):
@@ -529,6 +606,8 @@ class _TrafficAuthor:
     """
 
     def __init__(self, seed: int) -> None:
+        self._lying = bool(seed & LYING)
+        self._whole_seed, seed = seed, seed & ~(LYING | UNSAFE)
         self._seed = seed
         self._rng = random.Random(seed)
         self._events: list[Event] = []
@@ -557,8 +636,11 @@ class _TrafficAuthor:
                 self._add(begun_s + rng.uniform(1.0, 15.0), craft, "resume")
             self._add(return_s + rng.choice((0.0, 0.0, 0.5)), craft, "go_home")
             self._hang(craft, rng.choice((0.0, swap_s)), return_s + 10.0)
+        if self._lying:
+            self._misreports(count, return_s + 20.0)
+            self._aircraft(count, return_s + 20.0)
         events = tuple(sorted(self._events, key=lambda event: event.time_s))
-        return Scenario(self._seed, tuple(crafts), events, shares_traffic=True)
+        return Scenario(self._whole_seed, tuple(crafts), events, shares_traffic=True)
 
     def _add(self, time_s: float, craft: int, what: str, **how: Any) -> None:
         self._events.append(Event(round(time_s, 2), craft, what, how))
@@ -567,6 +649,22 @@ class _TrafficAuthor:
         """Send a vehicle to where one stood at first; its map begins where it stood itself."""
         (east, north), (x, y) = _SHARED_PLACES_M[place], _SHARED_PLACES_M[craft]
         self._add(time_s, craft, "navigate", place=[east - x, north - y, height_m])
+
+    def _misreports(self, count: int, last_s: float) -> None:
+        """Let the last server report to the others, for a while, what is not so."""
+        rng = random.Random(f"misreports {self._seed}")
+        begun_s = rng.uniform(0.0, last_s)
+        self._add(begun_s, count - 1, "misreport", claim=rng.choice(MISREPORTS))
+        self._add(rng.uniform(begun_s, last_s), count - 1, "misreport")
+
+    def _aircraft(self, count: int, last_s: float) -> None:
+        """Let receivers of half of the vehicles pass on aircraft that cannot be, for a while."""
+        rng = random.Random(f"aircraft {self._seed}")
+        for craft in range(count):
+            if rng.random() < 0.5:
+                begun_s, claim = rng.uniform(0.0, last_s), rng.choice(AIRCRAFT)
+                self._add(begun_s, craft, "aircraft", claim=claim, seed=rng.randrange(1000))
+                self._add(begun_s + rng.uniform(5.0, 40.0), craft, "aircraft")
 
     def _hang(self, craft: int, time_s: float, last_s: float) -> None:
         """Let a server stand still again and again, or be killed and started once."""

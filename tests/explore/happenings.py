@@ -32,10 +32,13 @@ from navigation_bridge.goals.requests import (
 )
 from navigation_bridge.requests.payload_requests import GimbalMode, PointGimbalRequest
 from navigation_core.tasks.inputs.velocity_command import VelocityFrame
+from tests.explore.aircraft import Aircraft
 from tests.explore.exploration import Ship
 from tests.explore.landing_mark import MARK, LandingMark
+from tests.explore.liar import Liar
 from tests.explore.moving_target import SOURCE, MovingTarget
 from tests.explore.releases import as_named
+from tests.explore.sources import others_speak, vehicle_clock
 from tests.explore.stick import Stick
 
 _FACING_AHEAD = (0.0, 0.0, 0.0, 0.0)
@@ -493,6 +496,26 @@ def noise(ship: Ship, seed: int, count: int) -> None:
         ship.foreign.append(data)
 
 
+def lie(ship: Ship, claim: str = "", period: float = 0.0) -> None:
+    """Somebody sends with the vehicle's ids, once or each period; no lie ends them all."""
+    if claim:
+        ship.liars.append(Liar(ship.index + 1, claim, period))
+    else:
+        ship.liars = [one for one in ship.liars if isinstance(one, Aircraft)]
+
+
+def misreport(ship: Ship, claim: str = "") -> None:
+    """A server of shared traffic reports to the others what is not so; nothing ends it."""
+    ship.misreport = claim
+
+
+def aircraft(ship: Ship, claim: str = "", seed: int = 0) -> None:
+    """The vehicle's ADS-B receiver passes on aircraft that cannot be; no claim ends them."""
+    ship.liars = [one for one in ship.liars if isinstance(one, Liar)]
+    if claim:
+        ship.liars.append(Aircraft(ship.index + 1, claim, seed))
+
+
 ACTIONS: dict[str, Action] = {
     action.__name__: action
     for action in (
@@ -516,6 +539,7 @@ ACTIONS: dict[str, Action] = {
         *(station_upload, station_goto, station_param, station_home, pilot_mode, pilot_throttle),
         *(pilot_stick,),
         *(link, silence, full, stuck, blind, unlocated, gps, glitch, battery, radio, wind, reboot),
-        *(clock, stall, kill, start, shut_down, noise, stranger),
+        *(clock, stall, kill, start, shut_down, noise, stranger, lie, misreport, aircraft),
+        *(vehicle_clock, others_speak),
     )
 }

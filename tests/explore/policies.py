@@ -1472,6 +1472,61 @@ def setpoints_keep_the_goals_speed(message: Message, view: View, now_s: float) -
     return speed_of(message) <= max(1.05 * wanted_m_s, moved_m_s) + 0.2
 
 
+# --- lies ------------------------------------------------------------------------------------
+
+
+def _contradicted(view: View, now_s: float) -> bool:
+    """Whether lies and the vehicle's own reports have contradicted each other for long enough."""
+    sure_s = 3.5 * max(view.lie_period_s, 1.0) + 2.0
+    alone = view.troubled == {"lie"} and now_s - max(view.taken_s, view.stalled_until_s) > sure_s
+    return alone and now_s - view.denied_s > sure_s
+
+
+@never(_SUCCESS, "Damn Vulnerable Drone")
+def a_success_on_contradictory_reports(end: GoalFinished, view: View, now_s: float) -> bool:
+    """Nothing succeeds while somebody contradicts the vehicle with its own ids, again and again."""
+    return _contradicted(view, now_s)
+
+
+@never(of_kind("asked"), "Damn Vulnerable Drone")
+def a_goal_accepted_on_contradictory_reports(asked: Asked, view: View, now_s: float) -> bool:
+    """Meanwhile no goal but a landing and a return is accepted."""
+    by_itself = isinstance(asked.request, LandRequest | ReturnRequest)
+    return bool(asked.goal_id) and not by_itself and _contradicted(view, now_s)
+
+
+@never(_SUCCESS, "Damn Vulnerable Drone")
+def a_landing_by_a_lie(end: GoalFinished, view: View, now_s: float) -> bool:
+    """A Land does not succeed in the air, whatever is sent with the vehicle's ids."""
+    if not isinstance(view.goal(end.goal_id).request, LandRequest):
+        return False
+    return view.troubled <= {"lie"} and not view.truth.on_ground
+
+
+@never(_TRUTH, "SwarmFuzz, LiTelFuzz")
+def a_meeting_because_of_another(truth: Truth, view: View, now_s: float) -> bool:
+    """Two vehicles whose servers report the truth do not meet, whatever a third one reports."""
+    if truth.on_ground or view.misreported:
+        return False
+    if not any(other.misreported for other in view.fleet):
+        return False
+    return any(
+        not other.misreported
+        and not other.truth.on_ground
+        and other is not view
+        and math.dist(_from_first_m(view), _from_first_m(other)) < 2.0 * _HULL_M
+        for other in view.fleet
+    )
+
+
+def _from_first_m(view: View) -> tuple[float, float, float]:
+    """Return where it truly is, from where the first vehicle of its fleet began."""
+    first, own, place = view.fleet[0].craft.home, view.craft.home, view.truth.position_enu_m
+    shrunk_m = _DEGREE_M * math.cos(math.radians(first[0]))
+    east_m, north_m = shrunk_m * (own[1] - first[1]), _DEGREE_M * (own[0] - first[0])
+    return (place[0] + east_m, place[1] + north_m, place[2] + own[2] - first[2])
+
+
 # --- ground truth ----------------------------------------------------------------------------
 
 
@@ -1727,6 +1782,8 @@ ON_TRIAL = frozenset(
         *("a_landing_beside_the_mark", "a_touchdown_without_the_mark"),
         *("the_lateral_error_is_true", "a_route_turns_at_its_rate"),
         *("a_course_stays_in_the_volume", "taken_from_a_pilot"),
+        *("a_success_on_contradictory_reports", "a_goal_accepted_on_contradictory_reports"),
+        *("a_landing_by_a_lie", "a_meeting_because_of_another"),
         *("payload_requests_are_answered", "payload_requests_end_once"),
         *("a_device_that_is_not_there", "a_station_resumes_the_goal"),
         *("a_station_pause_is_reported", "a_passage_not_found"),

@@ -10,8 +10,12 @@ RELEASES = {
 }
 """Those besides the recorded ones, which fly where none is drawn"""
 _SINCE_4_7 = {
+    "LAND_SPEED": ("LAND_SPD_MS", 0.01),
     "RTL_ALT": ("RTL_ALT_M", 0.01),
+    "RTL_SPEED": ("RTL_SPEED_MS", 0.01),
     "WPNAV_ACCEL": ("WP_ACC", 0.01),
+    "WPNAV_ACCEL_Z": ("WP_ACC_Z", 0.01),
+    "WPNAV_JERK": ("WP_JERK", 1.0),
     "WPNAV_RADIUS": ("WP_RADIUS_M", 0.01),
     "WPNAV_SPEED": ("WP_SPD", 0.01),
     "WPNAV_SPEED_DN": ("WP_SPD_DN", 0.01),

@@ -83,5 +83,6 @@ def _mend(ship: Ship) -> None:
     ship.sim.lose_radio(False)
     ship.full = ship.blind = ship.unlocated = False
     ship.stuck = None
+    ship.liars, ship.misreport = [], ""
     ship.start_server()
     ship.log("happening", Event(0.0, ship.index, "mended"))

@@ -10,6 +10,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 from drone_navigation.server.subscribing.external_odometry import external_diagnostic
 from mavlink_sitl import DEFAULT_HOME, VehicleConfig
+from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.positions.frames import quaternion_from_euler
 from mavlink_vehicle.protocols.streams.external_position import ExternalPose, ExternalPositionError
 from navigation_bridge.goals.goal import LogLevel
@@ -21,16 +22,21 @@ pytestmark = pytest.mark.wide
 
 
 ORIGIN = (-35.0, 149.0, 600.0)
+SET_ORIGIN = mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN
 _PERIOD_S = 0.04
 
 
 class ExternalFlight(SimulatedFlight):
     """A vehicle without a GPS, and a camera that sees where it is, 25 times a second."""
 
-    def __init__(self, autopilot: str, with_velocity: bool, origin: bool = True) -> None:
+    def __init__(
+        self, autopilot: str, with_velocity: bool, origin: bool = True, firmware: str = ""
+    ) -> None:
         text = " ".join(map(str, ORIGIN)) if origin else ""
         super().__init__(
-            simulated=VehicleConfig(autopilot=autopilot, ready_after_s=1.0, external_position=True),
+            simulated=VehicleConfig(
+                autopilot=autopilot, firmware=firmware, ready_after_s=1.0, external_position=True
+            ),
             external_odometry_topic="/camera/odometry",
             external_origin=text,
         )
@@ -139,6 +145,21 @@ def test_without_an_origin_there_is_no_position_and_the_origin_is_set_once(autop
     assert 1 <= count <= 4
     flight.run_for(10.0)
     assert flight.names_sent().count("SET_GPS_GLOBAL_ORIGIN") == count
+
+
+@pytest.mark.parametrize("firmware", ["px4-1.18", "px4-1.17"])
+def test_a_px4_takes_its_origin_by_what_its_release_knows(firmware: str) -> None:
+    """The command, of which a 1.17 says that it does not know it, or the message."""
+    flight = ExternalFlight("px4", True, firmware=firmware).ready()
+    origin = flight.vehicle.state.origin
+    assert origin is not None
+    assert origin.altitude_amsl_m == pytest.approx(ORIGIN[2])
+    asked = [m for _, m in flight.sent if getattr(m, "command", 0) == SET_ORIGIN]
+    assert {m.get_type() for m in asked} == {"COMMAND_INT"}
+    assert len(asked) == flight.names_sent().count("SET_GPS_GLOBAL_ORIGIN")
+    flight.run_for(2.0)
+    end = flight.run_to_end(flight.send(6.0, 0.0, 4.0))
+    assert end.code.value == "SUCCESS", end.message
 
 
 def test_without_poses_the_vehicle_has_no_position() -> None:

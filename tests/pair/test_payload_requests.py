@@ -198,6 +198,15 @@ def test_a_vehicle_without_a_gimbal_and_one_that_is_silent_say_so() -> None:
     assert "was not answered" in done.message
 
 
+def test_a_px4_without_a_gimbal_does_not_point_at_a_place_either() -> None:
+    # It accepts the place all the same: whoever has a gimbal would look there.
+    flight = flight_of("px4")
+    place = PointGimbalRequest(GimbalMode.POINT, frame_id="map", target=(20.0, 0.0, 0.0))
+    done = point(flight, place)
+    assert done.code is OutcomeCode.ACT_FAILED
+    assert "DO_GIMBAL_MANAGER_CONFIGURE was not answered" in done.message
+
+
 def test_one_request_at_a_time(flight: SimulatedFlight) -> None:
     requests = flight.bridge.feature(PayloadRequests)
     first: list[PayloadDone] = []

@@ -161,6 +161,20 @@ def test_a_nudge_of_a_stick_ends_a_goal_of_px4_1_18() -> None:
     assert flight.now - flight.setpoint_times(0.0)[-1] > 1.0, "nothing more moves the vehicle"
 
 
+@pytest.mark.parametrize("samples", [9, 18])
+def test_a_nudge_whose_stream_falls_silent_was_the_pilots(samples: int) -> None:
+    """The vehicle then holds by its failsafe, as nobody flies it in POSCTL."""
+    flight = flight_of("px4-1.18")
+    goal = flight.send(60.0, 0.0, 6.0, speed=4.0)
+    flight.run_to_status(goal, "NAVIGATING")
+    flight.run_for(1.0)
+    sticks(flight, 2.0, samples)
+    end = flight.run_to_end(goal)
+    assert end.code is OutcomeCode.PILOT_OVERRIDE, end.message
+    flight.run_for(2.0)
+    assert flight.vehicle.mode_name == "AUTO.LOITER"
+
+
 class EquippedFlight(SimulatedFlight):
     """A flight of a PX4 1.18 with a parachute and a Remote ID beside the autopilot.
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from mavlink_sitl import GeoPoint, Simulation, VehicleConfig
-from mavlink_vehicle.codec import Codec
+from mavlink_vehicle.codec import Codec, Message, with_source
+from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.goal import GoalFinished, LogLine
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
@@ -81,6 +82,31 @@ def test_no_goal_is_accepted_while_two_autopilots_of_one_id_are_heard(
     assert rejection is not None
     assert rejection.code is OutcomeCode.DUPLICATE_VEHICLE, rejection.message
     assert not two.flight.all(GoalFinished)
+    for service, mode in ((Service.ARM, ""), (Service.SET_MODE, "LAND")):
+        done = two.flight.serve(service, mode)
+        assert not done.success
+        assert "Two autopilots" in done.message
+
+
+class Renumbered(Codec):
+    """Reads the vehicle's messages with another system id."""
+
+    def decode(self, data: bytes) -> list[Message]:
+        return [with_source(message, 7, 1) for message in super().decode(data)]
+
+
+def test_a_vehicle_that_changes_its_id_in_flight_is_lost_and_not_flown_by_another_name() -> None:
+    flight = SimulatedFlight(link_lost_abort_s=4.0).ready()
+    goal = flight.send(0.0, 60.0, 5.0, speed=1.0)
+    flight.run_to_status(goal, "NAVIGATING")
+    flight.codec = Renumbered(1, 191)
+    end = flight.run_to_end(goal)
+    assert end.code in (OutcomeCode.LINK_LOST, OutcomeCode.NO_POSITION), end.message
+    flight.run_for(10.0)
+    assert flight.vehicle.state.system_id == 1
+    rejection = flight.check(flight.request(0.0, 0.0, 5.0))
+    assert rejection is not None
+    assert rejection.code is OutcomeCode.NO_VEHICLE
 
 
 def test_another_kind_of_vehicle_that_takes_the_place_of_the_first_is_found() -> None:

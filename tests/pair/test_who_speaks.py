@@ -87,7 +87,8 @@ def test_nobody_who_speaks_before_the_vehicle_is_taken_for_it(autopilot: str, sy
             flight.bridge.receive(message, flight.now)
         assert flight.vehicle.rank < 3
     assert flight.check(flight.request(0.0, 8.0, 3.0)) is not None
-    flight.ready()
+    # Those of other kinds with its ids count as a second autopilot until they have been silent.
+    flight.ready().run_for(12.0)
     end = flight.run_to_end(flight.send(0.0, 8.0, 3.0))
     assert end.code is OutcomeCode.SUCCESS, end.message
     assert flight.vehicle.state.system_id == 1

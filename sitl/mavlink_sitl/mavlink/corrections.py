@@ -36,19 +36,41 @@ class Corrections:
         if sequence == self._sequence and self._pieces.get(place) == data:
             return
         if sequence != self._sequence or place in self._pieces:
-            self._pieces.clear()
+            self._drop(is_other=sequence != self._sequence)
         self._sequence = sequence
         self._pieces[place] = data
         short = [index for index, piece in self._pieces.items() if len(piece) < _FULL_BYTES]
         count = short[-1] + 1 if short else _FRAGMENTS_MAX
         if sorted(self._pieces) == list(range(count)):
-            self.given.append(b"".join(self._pieces[index] for index in range(count)))
-            self._pieces.clear()
+            self._give(count)
+
+    def _give(self, count: int) -> None:
+        self.given.append(b"".join(self._pieces[index] for index in range(count)))
+        self._pieces.clear()
+
+    def _drop(self, *, is_other: bool) -> None:
+        """Drop what is incomplete, since another sequence begins, or a fragment comes again."""
+        self._pieces.clear()
 
 
 class Px4Corrections(Corrections):
-    """The same of a PX4, which gives each fragment as it comes (gps.cpp)."""
+    """The same of a PX4 1.17, which gives each fragment as it comes (gps.cpp)."""
 
     def take(self, message: Message) -> None:
         """Process GPS_RTCM_DATA."""
         self.given.append(bytes(message.data[: min(message.len, _FULL_BYTES)]))
+
+
+class AssembledPx4Corrections(Corrections):
+    """The same of a PX4 1.18, which assembles them, too (its page on RTK GPS).
+
+    Some senders leave out the empty fragment after as many full ones: these count as complete when
+    another sequence begins.
+    """
+
+    def _drop(self, *, is_other: bool) -> None:
+        count = len(self._pieces)
+        runs = count > 0 and sorted(self._pieces) == list(range(count))
+        if is_other and runs and all(len(each) == _FULL_BYTES for each in self._pieces.values()):
+            self._give(count)
+        self._pieces.clear()

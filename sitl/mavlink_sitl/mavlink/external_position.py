@@ -11,6 +11,14 @@ from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message, dialect
 
 
+def take_origin(vehicle: Commander, origin: GeoPoint) -> None:
+    """Only an estimator without an origin takes one."""
+    estimator = vehicle.estimator
+    if isinstance(estimator, ExternalEstimator) and not estimator.origin_given:
+        estimator.origin_given = True
+        vehicle.navigator.move_origin(origin)
+
+
 class ExternalPositionReceiver:
     """Takes what an ArduPilot takes (GCS_Common.cpp).
 
@@ -44,14 +52,11 @@ class ExternalPositionReceiver:
         self._vehicle.body.take_external_position(place, reset)
 
     def _on_origin(self, message: Message) -> None:
-        """Only an estimator without an origin takes one."""
-        estimator = self._vehicle.estimator
         latitude_deg, longitude_deg = message.latitude / 1e7, message.longitude / 1e7
-        on_earth = abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0
-        if on_earth and isinstance(estimator, ExternalEstimator) and not estimator.origin_given:
-            estimator.origin_given = True
-            origin = GeoPoint(latitude_deg, longitude_deg, message.altitude / 1e3)
-            self._vehicle.navigator.move_origin(origin)
+        if abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0:
+            take_origin(
+                self._vehicle, GeoPoint(latitude_deg, longitude_deg, message.altitude / 1e3)
+            )
 
 
 class Px4ExternalPositionReceiver(ExternalPositionReceiver):

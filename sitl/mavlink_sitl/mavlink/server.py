@@ -95,7 +95,6 @@ class MavlinkServer:
     """
 
     vehicle: Commander
-    corrections_class: type[Corrections] = Corrections
     external_class: type[ExternalPositionReceiver] = ExternalPositionReceiver
     ftp_class: type[FtpServer] = FtpServer
     logs_class: type[LogServer] = LogServer
@@ -113,7 +112,7 @@ class MavlinkServer:
         self.streams = StreamSchedule()
         self.outboxes: list[list[bytes]] = [[] for _ in encoders]
         self.reboot_requested = False
-        self.corrections = self.corrections_class()
+        self.corrections = self.make_corrections()
         self.traffic = self.make_traffic()
         self._encoders = encoders
         count = len(encoders)
@@ -161,6 +160,10 @@ class MavlinkServer:
     def make_builders(self, kind: str) -> Mapping[int, Builder]:
         """By message id, of a kind of vehicle."""
         return telemetry.BUILDERS[kind]
+
+    def make_corrections(self) -> Corrections:
+        """How this firmware puts the corrections for its GPS together."""
+        return Corrections()
 
     def make_traffic(self) -> TrafficList | TrafficQueue:
         """How this firmware passes on the aircraft that it hears."""

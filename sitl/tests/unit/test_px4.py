@@ -606,6 +606,23 @@ def test_a_critical_battery_returns_when_told_to() -> None:
     assert air.vehicle.firmware.system_status == 5
 
 
+def test_a_px4_holds_for_less_time_where_it_has_held_before() -> None:
+    """By what it has held, less a quarter of the time since."""
+    air = flying_px4(parameters={"COM_LOW_BAT_ACT": 3})
+    air.stream_to(25.0, 0.0, 0.0, -10.0)
+    air.vehicle.set_battery_remaining(0.05)
+    air.stream_to(3.0, 0.0, 0.0, -10.0)
+    assert air.custom_mode == px4.LOITER
+    air.vehicle.set_battery_remaining(1.0)
+    air.stream_to(4.0, 0.0, 0.0, -10.0)
+    assert air.custom_mode == px4.OFFBOARD
+    air.vehicle.set_battery_remaining(0.05)
+    air.stream_to(2.0, 0.0, 0.0, -10.0)
+    assert air.custom_mode == px4.LOITER
+    air.stream_to(2.0, 0.0, 0.0, -10.0)
+    assert air.custom_mode == px4.RTL
+
+
 def test_the_altitude_of_home_is_rewritten_in_flight(air: Px4Station) -> None:
     air.stream_to(20.0, 0.0, 0.0, -10.0)
     homes = [m.altitude / 1e3 for m in air.messages("HOME_POSITION")]

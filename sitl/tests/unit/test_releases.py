@@ -232,3 +232,20 @@ def test_what_cannot_be_set_is_reported() -> None:
     px4 = station("px4-1.18")
     px4.send(mav.MAVLink_param_set_message(1, 1, b"NAV_RCL_ACT", 1.0, 9))
     assert px4.last("PARAM_ERROR").error == 7, "MAV_PARAM_ERROR_TYPE_MISMATCH"
+
+
+@pytest.mark.parametrize(
+    ("firmware", "result"), [("px4-1.18", ACCEPTED), ("px4-1.17", UNSUPPORTED)]
+)
+def test_the_origin_is_set_by_a_command_from_1_18_on(firmware: str, result: int) -> None:
+    config = VehicleConfig(
+        autopilot="px4", firmware=firmware, ready_after_s=1.0, external_position=True
+    )
+    ground = Px4Station(Simulation([config]))
+    ground.run(2.0)
+    command, x, y = mav.MAV_CMD_DO_SET_GLOBAL_ORIGIN, round(47.0 * 1e7), round(8.0 * 1e7)
+    if result == ACCEPTED:
+        assert ground.command_int(command, 0, x=2**31 - 1, y=y, z=500.0) == DENIED
+    assert ground.command_int(command, 0, x=x, y=y, z=500.0) == result
+    altitude_m = ground.vehicle.firmware.navigator.origin.altitude_amsl_m
+    assert (altitude_m == pytest.approx(500.0)) is (result == ACCEPTED)

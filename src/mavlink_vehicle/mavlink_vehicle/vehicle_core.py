@@ -50,6 +50,7 @@ from mavlink_vehicle.protocols.streams.setpoint_stream import (
 )
 from mavlink_vehicle.state.measurements import MEASUREMENTS
 from mavlink_vehicle.state.reducer import reduce
+from mavlink_vehicle.state.status_reducers import with_late_beat
 from mavlink_vehicle.state.vehicle_state import DataAge, VehicleState, evolve
 from mavlink_vehicle.vehicle_config import VehicleConfig
 
@@ -238,6 +239,7 @@ class VehicleCore(KnownVehicle):
         before = self.state = self._gap.heard(self.state, self.profile, shows_mode, now)
         kept = self._follow_order(message, now)
         if kept is None:
+            self.state = with_late_beat(before, message)
             return
         if isinstance(message, _COMMAND_ACK) and not self.answers_us(message):
             self.stations.receive(message, now)
@@ -295,9 +297,7 @@ class VehicleCore(KnownVehicle):
         self.heartbeats.heard_s = now
         kind, place = message.__class__, message._header.seq
         is_old = self._order.follow(place, kind is _HEARTBEAT, kind is _CURRENT_MODE, now)
-        if is_old is None:
-            return None
-        return _MODE_FIELDS if is_old else ()
+        return None if is_old is None else (_MODE_FIELDS if is_old else ())
 
     def _hear_another(self, message: Message, now: float) -> None:
         """Take what sensors say that hang on a computer beside the autopilot, and its setpoints."""

@@ -25,7 +25,7 @@ from navigation_bridge.snapshot import Snapshot
 from navigation_bridge.supervision.observer import (
     LatenessWatch,
     Observer,
-    own_share,
+    judged,
     position_fault,
 )
 from navigation_bridge.supervision.overtaken_mode import OvertakenMode
@@ -205,7 +205,7 @@ class Engine:
         goal.operation.known()
         ended: Outcome | None = None
         if isinstance(intent, Outcome):
-            ended = own_share(intent, snapshot.late_s)
+            ended = judged(intent, snapshot)
         elif isinstance(intent, Perform):
             new = goal.operation.is_new(intent)
             delay = self._features.delay(goal, intent, snapshot) if new else None

@@ -138,7 +138,8 @@ class VehicleEvents:
         if self._vehicle.state.system_status in _STARTING:
             self._give_up_restarted(now)
         elif goal is not None and goal.takeover is None:
-            self._parts.stations.take_away(goal, event.name, now)
+            mode_number = self._vehicle.state.custom_mode
+            self._parts.stations.take_away(goal, event.name, now, mode_number)
 
     def _restore_mode(self, event: ModeOvertaken, now: float) -> None:
         """Give the vehicle back to the one whose chosen mode our request has overtaken."""

@@ -383,3 +383,22 @@ def test_a_column_without_a_hit_has_no_known_ends() -> None:
     bottoms, tops = columns.ends_m(numbers)
     assert bottoms.tolist() == [-math.inf, 4.5]
     assert tops.tolist() == [math.inf, 5.5]
+
+
+@pytest.mark.parametrize(
+    ("nose_up_deg", "height_m", "course_rad", "sees_m"),
+    [
+        (0.0, 3.0, 0.0, 20.0),
+        (-25.0, 3.0, 0.0, 3.0 / math.tan(math.radians(25.0))),
+        (-25.0, 3.0, math.pi, 20.0 * math.cos(math.radians(25.0))),
+        (25.0, 3.0, 0.0, 20.0 * math.cos(math.radians(25.0))),
+        (-25.0, 30.0, 0.0, 20.0 * math.cos(math.radians(25.0))),
+    ],
+)
+def test_a_tilted_scanner_sees_as_far_as_the_ground_ahead(
+    nose_up_deg: float, height_m: float, course_rad: float, sees_m: float
+) -> None:
+    directions = pitched(level_ring(72), math.radians(nose_up_deg))
+    scan = RayScan((0.0, 0.0, height_m), directions, np.full(72, 99.0), 0.2, 20.0, 0.04)
+    assert scan.sight_m(course_rad, 0.0) == pytest.approx(sees_m, rel=0.03)
+    assert scan.sight_m(course_rad, None) == 20.0

@@ -74,6 +74,21 @@ def test_a_thread_that_is_late_does_not_put_stamps_out_of_order() -> None:
     assert stamps_s == pytest.approx(measured_s, abs=0.1)
 
 
+def test_a_clock_that_begins_at_0_gives_stamps_and_no_error() -> None:
+    flight = SimulatedFlight().ready()
+    clock = ManualClock()
+    node = Node(clock)
+    node.now = lambda: Time(nanoseconds=0)  # type: ignore[method-assign]
+    topics = Topics(node, flight.bridge, LinkStatistics, clock=clock)
+    for _ in range(20):
+        clock.advance_to(flight.now + 0.2)
+        topics.update(flight.now)
+        flight.run_for(0.1)
+    stamps = [message.header.stamp for message in node.topics["~/pose"].messages]
+    assert len(stamps) > 5
+    assert all(stamp.sec == stamp.nanosec == 0 for stamp in stamps)
+
+
 @pytest.mark.parametrize("name", ["slow", "standing", "quick", "of 0", "set"])
 def test_stamps_do_not_hang_on_how_the_clock_of_the_vehicle_runs(name: str) -> None:
     # One that is set back is believed after a second.

@@ -437,6 +437,28 @@ def test_a_recording_is_replayed_at_its_pace(opened: Callable[..., Link], tmp_pa
     assert not link.is_open
 
 
+@pytest.mark.parametrize("step_s", [-86_400.0, 86_400.0 * 400.0, -2.0e9])
+def test_a_recorder_whose_clock_was_set_is_replayed_on(
+    opened: Callable[..., Link], tmp_path: Path, step_s: float
+) -> None:
+    writer = TlogWriter(tmp_path / "flight.tlog")
+    packets = [bytes([0xFD, 1, 0, 0, n, 1, 1, 0, 0, 0, 7, 0, 0]) for n in range(4)]
+    for n, packet in enumerate(packets):
+        writer.write(packet, 2.0e9 + n + (step_s if n > 1 else 0.0))
+    writer.close()
+    link = opened(f"tlog:{tmp_path}/flight.tlog")
+    heard_s = []
+    now: float | None = 10.0
+    while now is not None:
+        now = link.poll(now)
+        heard_s += [now for _ in link.receive()]
+    assert len(heard_s) == 4
+    # A step back is no time; one forward is a silence, which is shortened.
+    assert heard_s == pytest.approx(
+        [10.0, 11.0, *((11.0, 12.0) if step_s < 0.0 else (131.0, 132.0))]
+    )
+
+
 def test_what_is_no_recording_is_said_plainly(tmp_path: Path) -> None:
     with pytest.raises(LinkError, match=r"Cannot read .*nothing.tlog: No such file"):
         open_link(f"tlog:{tmp_path}/nothing.tlog")

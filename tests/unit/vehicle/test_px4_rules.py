@@ -311,6 +311,9 @@ def test_the_ground_is_remembered_only_while_it_stands_there_disarmed() -> None:
     px4.tell(px4.beat(LOITER, False, 3))
     px4.now += 1.0
     px4.tell(*px4.at(-3.0))
+    assert px4.vehicle.state.ground_altitude_amsl_m == GROUND_M, "the next HEARTBEAT may deny it"
+    px4.now += 1.0
+    px4.tell(*px4.at(-3.0))
     assert px4.vehicle.state.ground_altitude_amsl_m == GROUND_M - 3.0
 
 

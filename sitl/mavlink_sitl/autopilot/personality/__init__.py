@@ -128,8 +128,10 @@ class Personality:
             have any.
         reports_parameter_errors: PARAM_ERROR answers where the recorded releases are silent.
         removed_commands: MAV_CMDs that the recorded release obeys and this one does not know.
+        added_commands: the other way round.
         signs_by_specification: a PX4 takes no other key while armed, and four kinds of messages
             without a signature.
+        assembles_corrections: a PX4 gives its GPS whole RTCM messages, not each fragment.
     """
 
     name: str
@@ -167,8 +169,10 @@ class Personality:
     changes: tuple[str, ...] = ()
     used_params: Mapping[int, UsedParams] = field(default_factory=dict)
     removed_commands: frozenset[int] = frozenset()
+    added_commands: frozenset[int] = frozenset()
     reports_parameter_errors: bool = False
     signs_by_specification: bool = False
+    assembles_corrections: bool = False
 
     @cached_property
     def parameter_table(self) -> ParameterTable:

@@ -23,8 +23,9 @@ class Release:
         flight_sw_version: AUTOPILOT_VERSION.flight_sw_version.
         git_hash: AUTOPILOT_VERSION.flight_custom_version, 8 digits; zeros where it is not known.
         removed_commands: MAV_CMDs that the recorded one obeys and this one does not know.
+        added_commands: the other way round.
         reports_parameter_errors: PARAM_ERROR tells why a parameter is not read or set.
-        signs_by_specification: see `Personality`.
+        signs_by_specification: see `Personality`, as is `assembles_corrections`.
     """
 
     autopilot: str
@@ -32,14 +33,16 @@ class Release:
     flight_sw_version: int = 0
     git_hash: str = "00000000"
     removed_commands: frozenset[int] = frozenset()
+    added_commands: frozenset[int] = frozenset()
     reports_parameter_errors: bool = False
     signs_by_specification: bool = False
+    assembles_corrections: bool = False
 
 
 GET_HOME_POSITION, REQUEST_PROTOCOL_VERSION, REQUEST_AUTOPILOT_CAPABILITIES = 410, 519, 520
 REQUEST_STORAGE_INFORMATION, REQUEST_FLIGHT_INFORMATION = 525, 528
 
-TAKEOFF = 22
+TAKEOFF, SET_GLOBAL_ORIGIN = 22, 611
 
 RELEASES = {
     "ardupilot-4.7-dev": Release("ardupilot"),
@@ -52,6 +55,8 @@ RELEASES = {
         0x011200FF,
         reports_parameter_errors=True,
         signs_by_specification=True,
+        assembles_corrections=True,
+        added_commands=frozenset({SET_GLOBAL_ORIGIN}),
         removed_commands=frozenset(
             {
                 GET_HOME_POSITION,
@@ -95,8 +100,10 @@ def as_release(recorded: Personality, vehicle: str, name: str) -> Personality:
         flight_custom_version=release.git_hash,
         changes=tuple(file for file in files if exists(file)),
         removed_commands=release.removed_commands,
+        added_commands=release.added_commands,
         reports_parameter_errors=release.reports_parameter_errors,
         signs_by_specification=release.signs_by_specification,
+        assembles_corrections=release.assembles_corrections,
         used_params=used,
         plan_rules=replace(rules, used_params={c: each.of_item for c, each in used.items()}),
         banner=tuple(

@@ -1,7 +1,8 @@
 """PX4's failsafes: the mode that replaces the intended one.
 
 Read in the firmware's failsafe framework: every cause has an action, and the gravest one flies.
-Where somebody could still take over, it first holds for COM_FAIL_ACT_T. A person who chooses
+Where somebody could still take over, it first holds, the first time for COM_FAIL_ACT_T. What it
+holds is taken from that, and a quarter of the time without is given back. A person who chooses
 another mode has taken over, until something else fails. OFFBOARD without a stream falls back at
 once, as recorded (`offboard_loss_stop`).
 """
@@ -37,6 +38,8 @@ _RECEIVERS = {1: px4.RTL, 2: px4.LAND, 3: TERMINATE}
 """COM_GNSSLOSS_ACT; all others warn"""
 _NEVER_TERMINATES = 121212
 """CBRK_FLIGHTTERM"""
+_REFILL = 0.25
+"""Of the time without a delayed action"""
 _EARLY_S = 3.0
 """From the end of COM_SPOOLUP_TIME: until then a lost altitude disarms"""
 _OFFBOARD_LOSS = {3: px4.RTL, 4: px4.LAND, 5: px4.LOITER, 6: TERMINATE, 7: TERMINATE}
@@ -87,6 +90,7 @@ class Px4Failsafes(Failsafes):
     def __init__(self, vehicle: Px4Vehicle) -> None:
         super().__init__(vehicle)
         self._gcs_was_alive = True
+        self._hold_s, self._updated_s, self._revision = 0.0, 0.0, -1
         self._stop()
 
     def _stop(self) -> None:
@@ -96,6 +100,7 @@ class Px4Failsafes(Failsafes):
         self._failing: set[str] = set()
         self._taken_over = False
         self._hold_until_s = -math.inf
+        self._waits = False
         self._had_sticks = False
 
     @property
@@ -124,6 +129,7 @@ class Px4Failsafes(Failsafes):
         """Look at the vehicle; act, or give the mode back."""
         self._battery_level()
         self._say_regained()
+        self._refill()
         if not self._vehicle.armed:
             self._stop()
             return
@@ -140,11 +146,21 @@ class Px4Failsafes(Failsafes):
         self._failing = set(failures)
         self._choose()
 
+    def _refill(self) -> None:
+        """Note how long it may hold the next time."""
+        now_s, parameters = self._vehicle.now_s, self._vehicle.parameters
+        most_s, passed_s = parameters["COM_FAIL_ACT_T"], now_s - self._updated_s
+        self._updated_s = now_s
+        if self._revision != parameters.revision:  # any of them begins it again
+            self._revision, self._hold_s = parameters.revision, most_s
+            return
+        change_s = -passed_s if self._waits else _REFILL * passed_s
+        self._hold_s = min(max(self._hold_s + change_s, 0.0), most_s)
+
     def _begin(self, action: Action) -> None:
         vehicle = self._vehicle
-        wait_s = vehicle.parameters["COM_FAIL_ACT_T"]
-        if action.waits and wait_s > 0.1 and vehicle.now_s >= self._hold_until_s:
-            self._hold_until_s = vehicle.now_s + wait_s
+        if action.waits and self._hold_s > 0.1 and vehicle.now_s >= self._hold_until_s:
+            self._hold_until_s = vehicle.now_s + self._hold_s
         if action.gravity >= _HOLD_GRAVITY:
             self._taken_over = False
         if action.mode == WARN and self._gravity <= action.gravity:
@@ -153,6 +169,7 @@ class Px4Failsafes(Failsafes):
     def _choose(self) -> None:
         """Fly the gravest action, or else the intended mode."""
         vehicle = self._vehicle
+        self._waits = False
         self._taken_over = self._taken_over and bool(self._actions)
         worst = max(self._actions.values(), key=lambda action: action.gravity, default=None)
         runs = vehicle.can_run(vehicle.intention)
@@ -169,7 +186,7 @@ class Px4Failsafes(Failsafes):
         if self._gravity > _HOLD_GRAVITY:
             self._hold_until_s = -math.inf
         left_s = self._hold_until_s - vehicle.now_s
-        waiting = left_s > 0.0 and worst.gravity > _HOLD_GRAVITY
+        self._waits = waiting = left_s > 0.0 and worst.gravity > _HOLD_GRAVITY
         mode = px4.LOITER if waiting else worst.mode
         gravity = _HOLD_GRAVITY if waiting else worst.gravity
         if gravity > self._gravity:

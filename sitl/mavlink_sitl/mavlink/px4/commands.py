@@ -19,6 +19,7 @@ from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.commands import FORCE, SHARED, request
+from mavlink_sitl.mavlink.external_position import take_origin
 from mavlink_sitl.mavlink.missions.mission_items import NOT_GIVEN
 from mavlink_sitl.mavlink.px4 import gimbal
 from mavlink_sitl.mavlink.px4.rates import STREAMS
@@ -174,6 +175,15 @@ def _set_home(server: Px4Server, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
+def _set_origin(server: Px4Server, command: ReceivedCommand) -> Result:
+    """DO_SET_GLOBAL_ORIGIN, from 1.18 on; all of the place has to be given."""
+    point = place_of(command)
+    if point is None or not usable(command.z):
+        return Result.DENIED
+    take_origin(server.vehicle, point._replace(altitude_amsl_m=command.z))
+    return Result.ACCEPTED
+
+
 def _reboot(server: Px4Server, command: ReceivedCommand) -> Result:
     if command.params[0] == 0.0 and not server.vehicle.armed:
         return Result.ACCEPTED  # nothing is to be done
@@ -252,6 +262,10 @@ HANDLERS: dict[int, tuple[Handler, int]] = {
 """Of all kinds, by MAV_CMD: what carries it out, and how many of param1..4 have to be numbers"""
 
 
+ADDED: dict[int, tuple[Handler, int]] = {
+    dialect.MAV_CMD_DO_SET_GLOBAL_ORIGIN: (_set_origin, 0),
+}
+"""The same of those that only later releases know (`Personality.added_commands`)"""
 FIGURE_EIGHT = 35
 
 
@@ -262,7 +276,8 @@ def handle(server: Px4Server, command: ReceivedCommand) -> Result | None:
         The result for COMMAND_ACK, or None when no answer is sent.
     """
     personality = server.vehicle.personality
-    entry = BY_KIND[personality.kind].get(command.id)
+    added = command.id in personality.added_commands
+    entry = (ADDED if added else BY_KIND[personality.kind]).get(command.id)
     if entry is None or command.id in personality.removed_commands:
         return Result.UNSUPPORTED
     handler, used = entry

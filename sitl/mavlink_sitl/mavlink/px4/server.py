@@ -30,7 +30,11 @@ from mavlink_sitl.exchange import (
 )
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Encoder, Extended, Message, dialect
-from mavlink_sitl.mavlink.corrections import Px4Corrections
+from mavlink_sitl.mavlink.corrections import (
+    AssembledPx4Corrections,
+    Corrections,
+    Px4Corrections,
+)
 from mavlink_sitl.mavlink.external_position import Px4ExternalPositionReceiver
 from mavlink_sitl.mavlink.files.ftp_server import Px4FtpServer
 from mavlink_sitl.mavlink.logs.log_server import Px4LogServer
@@ -112,7 +116,6 @@ class Px4Server(MavlinkServer):
     """
 
     vehicle: Px4Vehicle
-    corrections_class = Px4Corrections
     external_class = Px4ExternalPositionReceiver
     ftp_class = Px4FtpServer
     logs_class = Px4LogServer
@@ -174,6 +177,11 @@ class Px4Server(MavlinkServer):
 
     def _send_frame(self, frame: bytes) -> None:
         self.outboxes[0].append(frame)
+
+    def make_corrections(self) -> Corrections:
+        """How this release puts the corrections for its GPS together."""
+        assembles = self.vehicle.personality.assembles_corrections
+        return AssembledPx4Corrections() if assembles else Px4Corrections()
 
     def make_traffic(self) -> TrafficQueue:
         """Each link sends each report once."""

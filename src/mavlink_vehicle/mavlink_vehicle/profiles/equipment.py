@@ -35,6 +35,7 @@ class EquipmentCommand:
             place of param5 to param7.
         to_camera: it is for the camera that is a component of its own, if there is one.
         older: what an older firmware knows instead, for a command that is sent.
+        needs_answer: without an answer to it the commands after it are not sent.
     """
 
     command: int
@@ -42,6 +43,7 @@ class EquipmentCommand:
     place: tuple[float, float, float] | None = None
     to_camera: bool = False
     older: EquipmentCommand | None = None
+    needs_answer: bool = False
 
 
 @dataclass(frozen=True)
@@ -82,9 +84,13 @@ class EquipmentRules:
         return EquipmentCommand(mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST, params)
 
     def control_gimbal(self, system: int, component: int) -> EquipmentCommand:
-        """Take the primary control of the gimbal, without which a PX4 does not turn it."""
+        """Take the primary control of the gimbal, without which a PX4 does not turn it.
+
+        A PX4 that has no gimbal is silent to this, but accepts to point at a place.
+        """
         params = (float(system), float(component), -1.0, -1.0)
-        return EquipmentCommand(mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE, params)
+        command = mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE
+        return EquipmentCommand(command, params, needs_answer=True)
 
     def control_by_mission(self) -> EquipmentCommand:
         """Give the primary control of the gimbal to the autopilot, in whose name a mission acts."""

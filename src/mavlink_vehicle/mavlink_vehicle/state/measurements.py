@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.positions.frames import normalize_angle
 from mavlink_vehicle.state.telemetry import Attitude, GlobalPosition, LocalPosition
-from mavlink_vehicle.state.vehicle_state import Changes, VehicleState, is_on_ground
+from mavlink_vehicle.state.vehicle_state import Changes, VehicleState, shows_ground
 
 Values: TypeAlias = tuple[Any, ...]
 """The fields of a message in wire order."""
@@ -127,7 +127,7 @@ class Measurement(NamedTuple):
 def global_position_changes(state: VehicleState, now: float, values: Values) -> Changes:
     """Return the changes by GLOBAL_POSITION_INT: the position, at rest also the ground's height."""
     position = global_position(now, *values)
-    if position is not None and is_on_ground(state):
+    if position is not None and shows_ground(state, state.ground_altitude_amsl_m, now):
         ground_m = position.altitude_amsl_m
         return {"global_position": position, "ground_altitude_amsl_m": ground_m}
     return {"global_position": position}
@@ -136,7 +136,7 @@ def global_position_changes(state: VehicleState, now: float, values: Values) -> 
 def local_position_changes(state: VehicleState, now: float, values: Values) -> Changes:
     """Return the changes by LOCAL_POSITION_NED: the position, at rest also the ground's height."""
     position = local_position(now, *values)
-    if position is not None and is_on_ground(state):
+    if position is not None and shows_ground(state, state.ground_down_m, now):
         return {"local_position": position, "ground_down_m": position.position_ned_m[2]}
     return {"local_position": position}
 

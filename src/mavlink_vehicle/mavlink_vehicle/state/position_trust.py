@@ -15,6 +15,8 @@ disarmed: which of the two places was the right one is not known here.
 A fix that is lost is another fault: without it the estimate goes astray, and when it comes back the
 estimate jumps to it. On their own simulators ArduCopter did so 0.3 s later, by 6.5 m after 6 s, and
 PX4 1.3 s later, 1.0 s after it reported the fix. That jump ends the fault, and is none of its own.
+
+Where reports contradict each other (`contradictions`), the position is in doubt like all the rest.
 """
 
 from __future__ import annotations
@@ -25,6 +27,7 @@ from typing import NamedTuple
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.positions.frames import AzimuthalEquidistant
+from mavlink_vehicle.state.contradictions import Contradictions
 from mavlink_vehicle.state.health import sees_glitch
 from mavlink_vehicle.state.telemetry import EstimatorReport, GlobalPosition, GpsFix
 from mavlink_vehicle.state.vehicle_state import VehicleState
@@ -45,7 +48,7 @@ _SETTLED_S = 2.0
 # How far the GPS may be from the estimate: its latency, and its own accuracy.
 _GPS_OFF_M, _GPS_LATENCY_S, _GPS_SIGMAS = 5.0, 0.5, 3.0
 # The reports of which the first one with a fault counts.
-_SOURCES = (GpsFix, EstimatorReport)
+_SOURCES = (Contradictions, GpsFix, EstimatorReport)
 # Near enough to the metres of every firmware.
 _SPHERE = AzimuthalEquidistant(6_371_000.0, 6_371_000.0)
 
@@ -60,6 +63,11 @@ class PositionFault(NamedTuple):
 
     source: type
     reason: str
+
+    @property
+    def is_contradiction(self) -> bool:
+        """Whether reports contradict each other: then none of them counts."""
+        return self.source is Contradictions
 
 
 class PositionTrust:
@@ -76,6 +84,7 @@ class PositionTrust:
         self.jump_ned_m = (0.0, 0.0)
         self.jumped_s: float | None = None
         self._agreed = False
+        self._contradictions = Contradictions()
         self._fix_back_s = -math.inf
         # The faults by the message that reports them, with the time of the first such message;
         # and those that have held for long enough.
@@ -103,6 +112,8 @@ class PositionTrust:
             self._judge(GpsFix, self._of_gps(state, now), now)
         if state.estimator is not before.estimator:
             self._judge(EstimatorReport, _of_estimator(state), now)
+        self._contradictions.observe(before, state, now)
+        self._take_contradiction()
 
     def jump_m(self, since_ned_m: tuple[float, float] = (0.0, 0.0)) -> float:
         """Return how far the position has jumped since the jumps added up to another vector."""
@@ -142,6 +153,18 @@ class PositionTrust:
         if jump is not None:
             self.jump_ned_m = (self.jump_ned_m[0] + jump[0], self.jump_ned_m[1] + jump[1])
             self.jumped_s = now
+            self._contradictions.jumped(self.jump_ned_m, now)
+            self._take_contradiction()
+
+    def _take_contradiction(self) -> None:
+        """Let a contradiction be a fault, for as long as it holds."""
+        words = self._contradictions.reason
+        if words != self._complaints.get(Contradictions, ""):
+            if words:
+                self._complaints[Contradictions] = words
+            else:
+                del self._complaints[Contradictions]
+            self._choose()
 
     def _of_gps(self, state: VehicleState, now: float) -> str:
         """Return what is wrong with the GPS; it must have been right before."""
@@ -171,6 +194,10 @@ class PositionTrust:
             good_s = self._good_s.setdefault(source, now) if source in self._complaints else now
             if now - good_s >= _SETTLED_S:
                 del self._complaints[source], self._good_s[source]
+        self._choose()
+
+    def _choose(self) -> None:
+        """Choose the first of the faults."""
         faults = self._complaints
         self.fault = next(
             (PositionFault(kind, faults[kind]) for kind in _SOURCES if kind in faults), None

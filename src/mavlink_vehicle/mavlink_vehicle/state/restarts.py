@@ -57,6 +57,7 @@ VOID_AFTER_RESTART: Changes = {
     "mission": None,
     "ground_altitude_amsl_m": None,
     "ground_down_m": None,
+    "rests_s": None,
     "sensors_health": None,
     "prearm_ok": None,
     "intended_mode": 0,

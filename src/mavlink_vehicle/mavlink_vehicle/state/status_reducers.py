@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_vehicle.codec import is_mavlink_1, mavlink
+from mavlink_vehicle.codec import Message, is_mavlink_1, mavlink
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.state.batteries import deciding, fraction, read_battery, with_battery
 from mavlink_vehicle.state.identity import is_vehicle
@@ -10,7 +10,7 @@ from mavlink_vehicle.state.restarts import beat_changes
 from mavlink_vehicle.state.signs import radio_ok
 from mavlink_vehicle.state.status_text import add_chunk, expire
 from mavlink_vehicle.state.telemetry import Battery
-from mavlink_vehicle.state.vehicle_state import Changes, VehicleState, evolve
+from mavlink_vehicle.state.vehicle_state import Changes, VehicleState, evolve, with_rest
 
 _BOOT = mavlink.MAV_STATE_BOOT
 _UINT16_MAX = 0xFFFF
@@ -39,6 +39,7 @@ def heartbeat(
         "last_heartbeat_s": now,
         "heartbeats_1": state.heartbeats_1 + 1 if is_mavlink_1(message) else 0,
         "armed": bool(message.base_mode & _ARMED_FLAG),
+        "armed_heard": bool(message.base_mode & _ARMED_FLAG),
         "base_mode": message.base_mode,
         "custom_mode": message.custom_mode,
         "heartbeat_mode": message.custom_mode,
@@ -54,7 +55,18 @@ def heartbeat(
         booting=message.system_status == _BOOT,
         now=now,
     )
-    return evolve(state, changes)
+    return with_rest(evolve(state, changes), now)
+
+
+def with_late_beat(state: VehicleState, message: Message) -> VehicleState:
+    """Return the state after a HEARTBEAT that by its sequence number is older than the last one.
+
+    It may be that of another sender with the same ids, which has numbers of its own.
+    """
+    if not isinstance(message, mavlink.MAVLink_heartbeat_message):
+        return state
+    armed = bool(message.base_mode & _ARMED_FLAG)
+    return state if armed is state.armed_heard else evolve(state, {"armed_heard": armed})
 
 
 def current_mode(
@@ -117,14 +129,16 @@ def sys_status(
 
 
 def extended_sys_state(
-    state: VehicleState, message: mavlink.MAVLink_extended_sys_state_message, _now: float
+    state: VehicleState, message: mavlink.MAVLink_extended_sys_state_message, now: float
 ) -> VehicleState:
     """Process the landed state."""
     try:
         landed = LandedState(message.landed_state)
     except ValueError:  # a state that a newer dialect may define
         landed = LandedState.UNDEFINED
-    return state if landed is state.landed_state else evolve(state, {"landed_state": landed})
+    if landed is state.landed_state:
+        return state
+    return with_rest(evolve(state, {"landed_state": landed}), now)
 
 
 def fence_status(

@@ -47,6 +47,7 @@ _DRIFT_MAX = 0.2
 _OF_ONE_CLOCK_MS = 2000
 _BOOT = mavlink.MAV_STATE_BOOT
 _CLOCK_KINDS, _CLOCK_MESSAGES = 2, 3
+_RESTS_S = 2.0
 
 REORDER_LIMIT_MS = 3000
 """Time since boot going back by less is a late packet; forward by more, another clock."""
@@ -117,6 +118,7 @@ class VehicleState:
         last_heartbeat_s: when the last HEARTBEAT came.
         heartbeats_1: how many of the last HEARTBEATs, in a row, came in MAVLink 1.
         armed: the armed flag of HEARTBEAT.
+        armed_heard: the same of the last one that arrived, however late by its sequence number.
         base_mode: as sent.
         custom_mode: as sent; its meaning depends on the firmware.
         intended_mode: the mode that was chosen, of CURRENT_MODE; 0 when not reported.
@@ -134,6 +136,7 @@ class VehicleState:
         battery_summary: what SYS_STATUS says.
         ground_altitude_amsl_m: where it last stood, disarmed. PX4's home moves in flight.
         ground_down_m: the same in the local frame.
+        rests_s: since when it reports that it stands, disarmed; None while it does not.
         mission: how the stored mission stands.
         terrain_ready: whether it has the terrain around it, by TERRAIN_REPORT; None when it does
             not say.
@@ -160,6 +163,7 @@ class VehicleState:
     last_heartbeat_s: float | None = None
     heartbeats_1: int = 0
     armed: bool = False
+    armed_heard: bool = False
     base_mode: int = 0
     custom_mode: int = 0
     intended_mode: int = 0
@@ -184,6 +188,7 @@ class VehicleState:
     mission: MissionProgress | None = None
     ground_altitude_amsl_m: float | None = None
     ground_down_m: float | None = None
+    rests_s: float | None = None
     terrain_ready: bool | None = None
     wind_ned_m_s: Vector3 | None = None
     sensors_health: int | None = None
@@ -268,6 +273,24 @@ class VehicleState:
 def is_on_ground(state: VehicleState) -> bool:
     """Return whether the vehicle stands, disarmed: where it then is, the ground is."""
     return state.landed_state is LandedState.ON_GROUND and not state.armed
+
+
+def with_rest(state: VehicleState, now: float) -> VehicleState:
+    """Return a state after a report of what it stands on or whether it is armed."""
+    if is_on_ground(state) is (state.rests_s is not None):
+        return state
+    return evolve(state, {"rests_s": now if state.rests_s is None else None})
+
+
+def shows_ground(state: VehicleState, ground_m: float | None, now: float) -> bool:
+    """Return whether the ground is where the vehicle is.
+
+    Another ground than a known one counts once two HEARTBEATs have had time to deny it: a single
+    report that it stands there may be somebody else's.
+    """
+    if state.rests_s is None:
+        return False
+    return ground_m is None or now - state.rests_s >= _RESTS_S
 
 
 _set_attributes = VehicleState.__dict__["__dict__"].__set__

@@ -28,6 +28,8 @@ _OPERATIONS = {
     Service.ARM: TaskOperation.ARM,
     Service.DISARM: TaskOperation.DISARM,
 }
+# Another autopilot with the vehicle's ids would obey them, too.
+_MOVING = (Service.ARM, Service.SET_MODE)
 
 
 class _Pending(NamedTuple):
@@ -50,6 +52,10 @@ class ServiceRequests:
     def begin(self, number: int, service: Service, now: float, mode: str = "") -> None:
         """Request it from the vehicle; the arguments are those of :meth:`ClientServices.serve`."""
         self.give_up("Replaced by another request.", now)
+        twins = self._vehicle.twins.reason
+        if twins and service in _MOVING:
+            self._report.served(number, False, twins)
+            return
         if service is Service.SET_MODE:
             self._set_mode(number, mode, now)
             return

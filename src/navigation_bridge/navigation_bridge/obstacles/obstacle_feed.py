@@ -92,6 +92,8 @@ class JoinedObstacles:
     parts: tuple[Obstacles, Obstacles, Obstacles, bool]
 
 
+# Slower than this, a vehicle flies nowhere; and by how much more it is said to see from then on.
+_FLIES_M_S, _SEES_ON_M_S = 0.5, 3.0
 # Joined from what no source returns, so that the first look joins anew.
 _NO_PART = Obstacles()
 _NONE_AROUND = JoinedObstacles(
@@ -104,7 +106,7 @@ class ObstacleFeed:
 
     Attributes:
         standing: static obstacles: the known ones, and the limits of the flight.
-        reach_m: range of the sensor that reported last; infinite if unknown.
+        reach_m: how far the scan that came last sees where the vehicle flies; infinite if unknown.
         moving: moving obstacles among the sensed ones.
         heard_s: when the kind of sensor with the longest silence was heard; None without sensors.
     """
@@ -121,7 +123,7 @@ class ObstacleFeed:
         self._heard_s: dict[str, float] = {}
         self._taken_s: dict[str, float] = {}
         self._scans_until_s = -math.inf
-        self.reach_m = math.inf
+        self.reach_m, self._looked_s = math.inf, -math.inf
         self.moving: tuple[Moving, ...] = ()
         self.heard_s: float | None = None
         self._assumed = NOTHING
@@ -248,9 +250,22 @@ class ObstacleFeed:
         self._integrate(scan, now)
 
     def _integrate(self, scan: RayScan, now: float) -> None:
-        self.reach_m = scan.range_max_m
-        self._map.integrate(scan, self._ground_m(), now)
+        ground_m = self._ground_m()
+        self._look_ahead(scan, ground_m, now)
+        self._map.integrate(scan, ground_m, now)
         self.moving = self._map.moving
+
+    def _look_ahead(self, scan: RayScan, ground_m: float | None, now: float) -> None:
+        """Take how far a scan sees in the direction of flight; more only little by little.
+
+        The speed depends on it, and the tilt on the speed.
+        """
+        position, reach_m = self._vehicle.state.global_position, scan.range_max_m
+        if position is not None and math.hypot(*position.velocity_ned_m_s[:2]) > _FLIES_M_S:
+            north, east, _ = position.velocity_ned_m_s
+            reach_m = scan.sight_m(math.atan2(north, east), ground_m)
+        passed_s, self._looked_s = now - self._looked_s, now
+        self.reach_m = min(reach_m, self.reach_m + _SEES_ON_M_S * passed_s)
 
     def take_scan(self, scan: SensorScan, now: float) -> None:
         """Process a scan from ROS, unless it follows another within 0.08 s."""

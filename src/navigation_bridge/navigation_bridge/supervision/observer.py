@@ -39,7 +39,7 @@ from navigation_core.tasks.observation import (
     VehicleMode,
 )
 
-__all__ = ["LatenessWatch", "Observer", "own_share", "position_fault"]
+__all__ = ["LatenessWatch", "Observer", "judged", "position_fault"]
 
 _AIRBORNE: dict[LandedState, bool | None] = {
     LandedState.UNDEFINED: None,
@@ -278,8 +278,16 @@ class LatenessWatch:
             self._report.log(LogLevel.WARN, text)
 
 
-def own_share(outcome: Outcome, late_s: float) -> Outcome:
-    """Return the outcome, with the server's own lateness as its reason if it is one."""
+def judged(outcome: Outcome, snapshot: Snapshot) -> Outcome:
+    """Return a task's outcome as what it was observed by allows.
+
+    The server's own lateness is its reason if it is one, and reports that contradict each other
+    show no success.
+    """
+    late_s, fault = snapshot.late_s, snapshot.fault
+    if outcome.code is OutcomeCode.SUCCESS and fault is not None and fault.is_contradiction:
+        text = f"{outcome.message} That is in doubt: {fault.reason}."
+        return replace(outcome, code=OutcomeCode.NO_POSITION, message=text)
     if late_s < TOO_LATE_S or outcome.code not in _BY_LATENESS:
         return outcome
     text = f"{outcome.message} This server was {late_s:.1f} s late itself."
@@ -288,6 +296,8 @@ def own_share(outcome: Outcome, late_s: float) -> Outcome:
 
 def position_fault(trust: PositionTrust, jumps_ned_m: tuple[float, float]) -> PositionFault | None:
     """Return why the position is in doubt for a goal that began after some jumps, or None."""
+    if trust.fault is not None and trust.fault.is_contradiction:
+        return trust.fault
     if trust.jump_ned_m != jumps_ned_m:
         jump_m = trust.jump_m(jumps_ned_m)
         if jump_m > JUMP_MAX_M:

@@ -122,11 +122,18 @@ class Stations:
         """Process a mode change: a pause in the old mode is over."""
         self._stands_in_mode = False
 
-    def take_away(self, goal: ActiveGoal, mode_name: str, now: float) -> None:
-        """Stop sending: the mode has changed, and the origin may show later."""
+    def take_away(self, goal: ActiveGoal, mode_name: str, now: float, mode: int = 0) -> None:
+        """Stop sending: the mode has changed, and the origin may show later.
+
+        Args:
+            goal: the active one.
+            mode_name: of the mode.
+            now: time in seconds.
+            mode: HEARTBEAT.custom_mode of it, where it is the vehicle's.
+        """
         acted = self._recent(now)
         by = "" if acted is None else act_sentence(acted)
-        goal.taken(Takeover(mode_name, now, by).watched(self._vehicle.state))
+        goal.taken(Takeover(mode_name, now, by, mode=mode).watched(self._vehicle.state))
         self.let_go(goal, now)
 
     def name(self, outcome: Outcome, now: float) -> Outcome:
@@ -134,7 +141,8 @@ class Stations:
         if outcome.code is OutcomeCode.PILOT_OVERRIDE:
             # The task has waited for longer than a failsafe needs to show.
             state, seen_s = self._vehicle.state, now - _BRINGS_S
-            judged = Takeover(self._vehicle.mode_name, seen_s).watched(state).judge(state, now)
+            seen = Takeover(self._vehicle.mode_name, seen_s, mode=state.custom_mode)
+            judged = seen.watched(state).judge(state, now)
             if judged is not None and judged[0] is not OutcomeCode.PILOT_OVERRIDE:
                 return replace(outcome, code=judged[0], message=judged[1])
         acted = self._recent(now)

@@ -33,6 +33,9 @@ class Takeover:
         overtaken: sentences about the mode having been overtaken by a request of this server;
             empty if it was not.
         restored: whether it is the vehicle's mode all the same.
+        mode: HEARTBEAT.custom_mode of the mode; 0 where it is not the vehicle's.
+        chosen: whether somebody has chosen it, as a PX4 reports (CURRENT_MODE). What the vehicle
+            does then, as when the sticks are let go that have taken it, came after that.
     """
 
     mode_name: str
@@ -41,17 +44,24 @@ class Takeover:
     failsafe: Failsafe | None = None
     overtaken: str = ""
     restored: bool = True
+    mode: int = 0
+    chosen: bool = False
 
     def watched(self, state: VehicleState) -> Takeover:
-        """Return it with the active failsafe."""
-        return self if state.failsafe is None else replace(self, failsafe=state.failsafe)
+        """Return it with the active failsafe, and with what the vehicle reports as chosen."""
+        chosen = self.chosen or state.intended_mode == self.mode != 0
+        failsafe = state.failsafe or self.failsafe
+        if chosen == self.chosen and failsafe == self.failsafe:
+            return self
+        return replace(self, chosen=chosen, failsafe=failsafe)
 
     def judge(self, state: VehicleState, now: float) -> tuple[OutcomeCode, str] | None:
         """Return the origin of the change as a code and a sentence; None while unclear."""
         if now - self.seen_s < _JUDGE_S:
             return None  # an older sign may be known before the relevant one
         failsafe = state.failsafe or self.failsafe
-        if failsafe is None and state.system_status < _MAV_STATE_CRITICAL:
+        fails = failsafe is not None or state.system_status >= _MAV_STATE_CRITICAL
+        if self.chosen or not fails:
             changed = f"The mode changed to {self.mode_name}, not requested by this server"
             changed = changed if self.mode_name else "The vehicle was redirected"
             left = "; control stays with the pilot until a new goal arrives."

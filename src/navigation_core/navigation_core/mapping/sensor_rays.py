@@ -44,6 +44,8 @@ _SECTOR_MAX_M = 2.5
 _HALF_DIAGONAL = math.sqrt(0.5)
 # Bearings and slopes into which a cloud is sorted, finer than a vehicle is wide within 25 m.
 _CLOUD_STEP_RAD = math.radians(2.0)
+# Beams this far to each side of a course look along it; less of a fall is none.
+_AHEAD_RAD, _LEAST_FALL = math.radians(10.0), 1e-6
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,25 @@ class RayScan:
     range_min_m: float
     range_max_m: float
     half_angle_rad: float
+
+    def sight_m(self, course_enu_rad: float, ground_enu_m: float | None) -> float:
+        """Return how far it sees along a course: to its reach, or to where it meets the ground.
+
+        A vehicle that has its nose down to be fast looks at the ground with what points ahead.
+
+        Args:
+            course_enu_rad: counter-clockwise from east.
+            ground_enu_m: map z of the ground; None if it is not known, or the sensor is level.
+        """
+        if ground_enu_m is None or not len(self.directions_enu):
+            return self.range_max_m
+        bearing, slope, level = _polar(np.asarray(self.directions_enu, dtype=np.float64))
+        aside = np.abs((bearing - course_enu_rad + math.pi) % math.tau - math.pi)
+        ahead = aside <= max(_AHEAD_RAD, float(np.nanmin(aside)))
+        height_m = max(self.origin_enu_m[2] - ground_enu_m, 0.0)
+        falls = np.maximum(-slope[ahead], _LEAST_FALL)
+        reach_m = np.minimum(self.range_max_m * level[ahead], height_m / falls)
+        return float(np.nanmin(reach_m))
 
 
 @dataclass(frozen=True)

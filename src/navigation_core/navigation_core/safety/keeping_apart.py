@@ -16,7 +16,7 @@ __all__ = ["PREDICTED_S", "apart_m", "at_height", "moments_with_room_m", "withou
 # Moving obstacles are predicted for at least this long, even if the vehicle comes to rest before:
 # its server may hang. One may turn at any moment, so it is not much longer.
 PREDICTED_S = 3.0
-# What is hit there of something is about as high as the rest of it.
+# A hit on something is about as high as the rest of it.
 SAME_HEIGHT_M = 2.0
 # A map still has what moves where it was a moment ago, and its hits are wider than it is.
 _ITS_OWN_M = 1.0

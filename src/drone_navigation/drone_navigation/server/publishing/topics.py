@@ -10,7 +10,6 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geographic_msgs.msg import GeoPoseStamped
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
-from rclpy.duration import Duration
 from sensor_msgs.msg import BatteryState, NavSatFix
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
@@ -295,7 +294,10 @@ class Topics:
         age_s = vehicle.data_age.age_s(time_boot_ms, vehicle.state.clock_count, now) or 0.0
         if vehicle.data_age.keeps_our_time:
             age_s = max(age_s, self._times.age_s(time_boot_ms, now))
-        return (self._node.get_clock().now() - Duration(seconds=age_s + late_s)).to_msg()
+        now_ns = self._node.get_clock().now().nanoseconds
+        # A simulated clock begins at 0, and stays there while nobody publishes it.
+        measured_ns = max(now_ns - round(1e9 * (age_s + late_s)), 0)
+        return Time(sec=measured_ns // 10**9, nanosec=measured_ns % 10**9)
 
 
 def _status_key(bridge: Bridge, state: VehicleState) -> tuple[object, ...]:

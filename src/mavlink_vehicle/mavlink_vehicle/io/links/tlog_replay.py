@@ -2,9 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+
 from mavlink_vehicle.io.links.link import MAX_READS, Peer, Report, UrlLink
 from mavlink_vehicle.io.links.url import LinkUrl
 from mavlink_vehicle.io.tlog import TlogReader
+
+LONGEST_SILENCE_S = 120.0
+"""Longer silences of a recording are shortened to this; by then nothing changes any more"""
+
+
+def _paced(records: Iterable[tuple[float, bytes]]) -> Iterator[tuple[float, bytes]]:
+    """Yield packets with seconds since the first, which never go back: a clock may be set."""
+    now_s, before_s = 0.0, None
+    for unix_s, packet in records:
+        step_s = 0.0 if before_s is None else unix_s - before_s
+        before_s = unix_s
+        now_s += min(max(step_s, 0.0), LONGEST_SILENCE_S)
+        yield now_s, packet
 
 
 class TlogLink(UrlLink):
@@ -21,7 +36,7 @@ class TlogLink(UrlLink):
             LinkError: it can't be read.
         """
         super().__init__(url, report, warn)
-        self._records = list(TlogReader(url.path))
+        self._records = list(_paced(TlogReader(url.path)))
         self._next = 0
         self._start_s: float | None = None
         self._due = 0
@@ -52,17 +67,13 @@ class TlogLink(UrlLink):
             return None
         if self._start_s is None:
             self._start_s = now
-        begin = self._records[0][0]
-        while (
-            self._due < len(self._records)
-            and self._records[self._due][0] - begin <= now - self._start_s
-        ):
+        while self._due < len(self._records) and self._records[self._due][0] <= now - self._start_s:
             self._due += 1
         if self._next < self._due:
             return now
         if self._due == len(self._records):
             return None
-        return self._start_s + self._records[self._due][0] - begin
+        return self._start_s + self._records[self._due][0]
 
     def close(self) -> None:
         """Stop the replay."""

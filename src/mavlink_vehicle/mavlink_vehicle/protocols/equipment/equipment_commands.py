@@ -118,6 +118,8 @@ class EquipmentCommands(Slot[CommandExchange]):
         command, result = self._commands.popleft(), finished.result
         if result in _UNKNOWN and command.older is not None:
             self._commands.appendleft(command.older)
+        if result is None and command.needs_answer:
+            self._commands.clear()
         if self._commands:
             self._send_next(now)
             return

@@ -9,7 +9,8 @@ same; PX4 with MISSION_REQUEST_INT). Only the first message is ours to repeat.
 - DENIED (ArduPilot) and ERROR (PX4) instead of the first request mean that another station's
   transfer is in progress: the offer is repeated until that is over.
 - INVALID_SEQUENCE only says that an item came twice or late; the vehicle asks on.
-- A result about one item is about the one that was sent last: the reason names that, counted from 0.
+- A result about one item is about the one that was sent last: the reason names that one, counted
+  from 0.
 - An error after the last item may be the answer to its repetition, when all is stored already
   (ArduPilot): the result is UNSURE, and reading back decides.
 - Requests that come after the end are still answered: a repeated MISSION_COUNT may have begun

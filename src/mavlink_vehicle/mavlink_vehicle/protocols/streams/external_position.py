@@ -6,12 +6,15 @@ MAV_FRAME_LOCAL_FRD only (GCS_Common.cpp); to a PX4 that frame has an unknown he
 MAV_FRAME_LOCAL_NED (mavlink_receiver.cpp). https://mavlink.io/en/messages/common.html#ODOMETRY
 
 Without a GPS the autopilot cannot know where on earth its local frame lies. It is sent the origin
-once, by SET_GPS_GLOBAL_ORIGIN, before it has a position and while it is disarmed.
+once, by SET_GPS_GLOBAL_ORIGIN, before it has a position and while it is disarmed; a PX4 also by the
+command DO_SET_GLOBAL_ORIGIN, which is to replace that message and which it knows from 1.18 on. Its
+release is often not known yet by then, and one that does not know the command changes nothing.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from mavlink_vehicle.codec import Message, make, mavlink
@@ -114,7 +117,7 @@ class ExternalPositionSender(VehicleService):
         origin_is_due = now - self._origin_s >= _ORIGIN_AGAIN_S
         if self._origin is not None and origin_is_due and _needs_origin(state):
             self._origin_s = now
-            self.outbox.append(_origin_message(self._origin, state.system_id))
+            self.outbox.extend(_origin_messages(self._origin, state))
         is_px4 = state.autopilot == mavlink.MAV_AUTOPILOT_PX4
         reset_counter = self.resets % 256
         if is_px4 or pose.velocity_frd_m_s is not None:
@@ -257,12 +260,24 @@ def _needs_origin(state: VehicleState) -> bool:
     return state.origin is None and not state.position_valid and not state.armed
 
 
-def _origin_message(origin: Origin, target_system: int) -> Message:
+def _origin_messages(origin: Origin, state: VehicleState) -> Iterator[Message]:
     latitude_deg, longitude_deg, altitude_m = origin
-    return make(
+    latitude, longitude = round(latitude_deg * 1e7), round(longitude_deg * 1e7)
+    yield make(
         "SET_GPS_GLOBAL_ORIGIN",
-        target_system=target_system,
-        latitude=round(latitude_deg * 1e7),
-        longitude=round(longitude_deg * 1e7),
+        target_system=state.system_id,
+        latitude=latitude,
+        longitude=longitude,
         altitude=round(altitude_m * 1e3),
     )
+    if state.autopilot == mavlink.MAV_AUTOPILOT_PX4:
+        yield make(
+            "COMMAND_INT",
+            target_system=state.system_id,
+            target_component=mavlink.MAV_COMP_ID_AUTOPILOT1,
+            frame=mavlink.MAV_FRAME_GLOBAL,
+            command=mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN,
+            x=latitude,
+            y=longitude,
+            z=altitude_m,
+        )

@@ -18,6 +18,7 @@ from navigation_core.geometry import (
     slew_angle,
     wrap_angle,
 )
+from navigation_core.planning.conflicts import clearance_at_m
 from navigation_core.safety.braking import STANDING_M_S
 from navigation_core.tasks.conditions import is_located, measured_state
 from navigation_core.tasks.goto_config import GotoConfig
@@ -50,6 +51,8 @@ _RUN_OUT_M = 0.5
 # A setpoint that was this fast may have stopped harder than the vehicle could follow, and for this
 # long the vehicle may not have come back.
 _RUN_OUT_M_S, _RUN_OUT_S = 1.0, 5.0
+# Nearer to an obstacle than this is in it.
+_IN_OBSTACLE_M = 0.3
 
 
 class Carrot:
@@ -406,8 +409,11 @@ class SentSetpoint:
         obstacle. An aircraft that the wind has pushed away from a setpoint that stood all the time
         is another matter: its autopilot leans into the wind by as much as it is behind, and would
         stop doing so if the setpoint came to it. Each such plan would let it drift on.
+
+        A setpoint that is in an obstacle is left, too. Only the face of a wall is known, so a path
+        from within would lead out on its other side.
         """
-        if self._begins_here:
+        if self._begins_here or _is_in_obstacle(sent, observation):
             return True
         if self._stepped_s - self._moved_s > _RUN_OUT_S:
             return False
@@ -434,3 +440,13 @@ class SentSetpoint:
             # with it, asked for again and again, would pass it on, and the vehicle would creep.
             return KinematicState(here.position_enu_m)
         return here
+
+
+def _is_in_obstacle(sent: Commanded, observation: Observation) -> bool:
+    """Whether a setpoint is where no vehicle can be, while the vehicle is farther away."""
+    if observation.position_enu_m is None:
+        return False
+    place, limit_m = sent.state.position_enu_m, _IN_OBSTACLE_M
+    sent_m = clearance_at_m(place, observation.obstacles_now, limit_m)
+    here = measured_state(observation).position_enu_m
+    return sent_m < limit_m and sent_m < clearance_at_m(here, observation.obstacles_now, limit_m)

@@ -32,7 +32,7 @@ _JOINT_M, _JOINT_M_S = 0.15, 0.3
 _DIRECTIONS, _RING_M, _PLACES_MAX, _AWAY_M = 16, 0.5, 6, 0.2
 # How far beside its end a brake may end as something moves, unless it is as slow as this.
 _ASIDE_M, _ASIDE_MIN_M_S = (2.0, -2.0, 4.0, -4.0), 0.5
-# What a sensor sees is known to move only after a second or two, when the vehicle has braked. So
+# It takes a second or two until something is seen to move, and by then the vehicle has braked. So
 # within this distance beyond the clearance the brake is hard.
 _MAY_COME_M = 1.5
 # Moments from now on at which the room of a motion is looked at, and the weight of its mean.

@@ -183,7 +183,7 @@ class RunOutLimiter:
         safe_m_s = safe_speed_m_s(
             position,
             velocity,
-            # What flies passes something that moves at its time, see below.
+            # Passing something that moves at its time is judged below.
             observation.obstacles_now if flies else observation.obstacles,
             self._limits,
             clearance_m,

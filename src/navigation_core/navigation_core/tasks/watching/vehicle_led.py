@@ -47,6 +47,8 @@ _NOT_RETURNED_WITHIN_M = 3.0
 # stopped in the air; a PX4 without motors reports that it is on the ground. The moment is that of
 # a HEARTBEAT.
 _CRASH_SPEED_MIN_M_S, _CRASH_WITHIN_S = 2.0, 1.5
+# A landing has succeeded once two HEARTBEATs, which come each second, have had time to deny it.
+_SURE_S = 2.2
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,7 @@ class VehicleLed(PhasedTask):
         self._motion = MotionWatch(_ASTRAY_AFTER_S if traits.flies else _STUCK_AFTER_S)
         self._circling = Circling(traits.circle_radius_m)
         self._arrived = Dwell(config.arrival_dwell_s if traits.hovers else _CIRCLING_MIN_S)
+        self._landed = Dwell(_SURE_S)
         self._stopped = Standstill.of_stop(config, traits)
         self._handlers = {Phase.STARTING: self._begin, Phase.NAVIGATING: self._watch}
 
@@ -144,9 +147,13 @@ class VehicleLed(PhasedTask):
         speed_m_s = self._measures.speed_m_s(observation)
         if observation.armed and speed_m_s > _CRASH_SPEED_MIN_M_S:
             self._fast = (now, speed_m_s)
-        if self._measures.is_on_ground(observation) and self._traits.flies:
-            return self._on_the_ground(observation, now)
-        return None
+        landed = self._measures.is_on_ground(observation) and self._traits.flies
+        is_sure = self._landed.holds(landed, now)
+        if not landed:
+            return None
+        outcome = self._on_the_ground(observation, now)
+        is_success = isinstance(outcome, Outcome) and outcome.code is OutcomeCode.SUCCESS
+        return Wait() if is_success and not is_sure else outcome
 
     def _begin(self, observation: Observation, now: float) -> Answer:
         grounded = observation.airborne is False and self._traits.flies
