@@ -151,13 +151,12 @@ def _a_wood(stage: _Stage) -> None:
 
 
 def _a_wall_across_the_line(stage: _Stage) -> None:
-    east, north, up = stage.away(50.0, 10.0)  # lower, a scanner that is tilted sees the ground
+    east, north, up = stage.away(50.0)  # so low, a scanner that is tilted sees the ground
     along, across = (east / 50.0, north / 50.0), (-north / 50.0, east / 50.0)
     for i in range(-6, 7):
         at = [25.0 * a + 2.2 * i * b for a, b in zip(along, across, strict=True)]
         stage.posts.append(Post((round(at[0], 1), round(at[1], 1)), 1.2, 20.0))
-    stage.add(0.0, "navigate", place=[0.0, 0.0, 10.0])
-    stage.add(25.0, "navigate", place=[east, north, up], avoid=True, speed=6.0)
+    stage.add(0.0, "navigate", place=[east, north, up], avoid=True, speed=6.0)
 
 
 def _a_long_mission(stage: _Stage) -> None:
