@@ -94,11 +94,15 @@ test-arm64: setup-dev ## Try the packages that need no ROS on ARM64, by emulatio
 test-kilted: ## Run the tests that need ROS on ROS 2 Kilted, in out/kilted (ARGS="-k velocity tests/ros")
 	@scripts/try_kilted.sh $(ARGS)
 
-# Layouts of each night are new ones: a day of the year has 200 of its own.
-test-night: test-all test-arm64 test-kilted ## And those with all their parameters, 200 layouts of boxes, an hour's exploration
+# Each night has layouts and seeds of its own.
+NIGHT ?= $(shell date +%-j)
+NIGHT_LAYOUTS ?= 200
+NIGHT_SEEDS ?= 1000000
+
+test-night: test-all test-arm64 test-kilted ## And those with all their parameters, layouts of boxes, an hour's exploration
 	@$(ENTER) $(PYTEST) -n 4 -m night $(SLOWEST) $(TESTS)
-	@$(ENTER) python -m tests.explore.boxes --layouts 200 --first $$((10#$$(date +%j) * 200))
-	@$(ENTER) python -m tests.explore --seeds 1000000 --minutes 60 --first $$(($$(date +%s) / 86400 * 1000000))
+	@$(ENTER) python -m tests.explore.boxes --layouts $(NIGHT_LAYOUTS) --first $$(($(NIGHT) * 200))
+	@$(ENTER) python -m tests.explore --seeds $(NIGHT_SEEDS) --minutes 60 --first $$(($(NIGHT) * 1000000))
 
 SEEDS ?= 200
 FIRST ?= 0

@@ -37,7 +37,10 @@ WHOLE = {
     # The tests themselves are what runs this.
     "test": ("PYTEST=python -m pytest --version",),
     "test-all": ("PYTEST=python -m pytest --version",),
-    "test-night": ("PYTEST=python -m pytest --version",),
+    "test-night": (
+        "PYTEST=python -m pytest --version",
+        *("NIGHT=0", "NIGHT_LAYOUTS=1", "NIGHT_SEEDS=1"),
+    ),
     "explore": ("SEEDS=1", "FIRST=1014", "WORKERS=1"),
     "bench": ("ARGS=--short --only traffic --output bench.json",),
     "pages": (),
