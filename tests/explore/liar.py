@@ -63,7 +63,7 @@ LIES: dict[str, dict[str, Callable[[Message], None]]] = {
     "home": {"HOME_POSITION": _moved_home},
     "elsewhere": {"GLOBAL_POSITION_INT": _elsewhere},
 }
-"""What is changed in the vehicle's own messages, by lie"""
+"""The changes to the vehicle's own messages, by lie"""
 
 
 @dataclass

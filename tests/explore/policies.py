@@ -926,7 +926,7 @@ def route_progress_is_consistent(feedback: GoalFeedback, view: View, now_s: floa
 
 @always(_FEEDBACK, OURS)
 def passed_waypoints_were_passed(feedback: GoalFeedback, view: View, now_s: float) -> bool:
-    """What heads for a waypoint has been near those before it, by ground truth, or missed them."""
+    """A vehicle that heads for a waypoint has truly been near those before it, or missed them."""
     goal, route = view.goal(feedback.goal_id), feedback.route
     if route is None or route.lap or not view.hovers or goal.disturbed or _avoids_any(goal):
         return True

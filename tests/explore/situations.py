@@ -1,7 +1,7 @@
 """Situations: short scenarios in which one thing happens to one vehicle, and nothing else.
 
-What seldom coincides in a drawn scenario is arranged here, with details from the seed: a link that
-never returns, a path that stays blocked, a position that has jumped for good.
+A drawn scenario seldom has these coincide, so they are arranged here, with details from the seed:
+a link that never returns, a path that stays blocked, a position that has jumped for good.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ _NEEDED_FROM = {PARACHUTE: ("COM_PARACHUTE", 2), REMOTE_ID: ("COM_ARM_ODID", 2)}
 
 
 class SafetySystems:
-    """What one vehicle knows of them.
+    """The state of these systems of one vehicle.
 
     Attributes:
         altitude_lost: whether it has sunk too far below its setpoint.

@@ -93,7 +93,7 @@ _UNSIGNED = frozenset(
         dialect.MAVLINK_MSG_ID_COLLISION,
     }
 )
-"""What a 1.18 with a key takes without a signature (its page on message signing)"""
+"""Messages that a 1.18 with a key takes unsigned (its page on message signing)"""
 _RATES = {ONBOARD: rates.ONBOARD_HZ, GCS: rates.GCS_HZ}
 
 

@@ -17,14 +17,14 @@ __all__ = ["PREDICTED_S", "apart_m", "at_height", "moments_with_room_m", "withou
 # its server may hang. One may turn at any moment, so it is not much longer.
 PREDICTED_S = 3.0
 # A hit on something is about as high as the rest of it.
-SAME_HEIGHT_M = 2.0
+_SAME_HEIGHT_M = 2.0
 # A map still has what moves where it was a moment ago, and its hits are wider than it is.
 _ITS_OWN_M = 1.0
 
 
 def at_height(moving: tuple[Moving, ...], height_m: float) -> list[Moving]:
     """Return those of moving obstacles that are about as high as a map z."""
-    return [one for one in moving if np.ptp([*one.points_enu_m[:, 2], height_m]) < SAME_HEIGHT_M]
+    return [one for one in moving if np.ptp([*one.points_enu_m[:, 2], height_m]) < _SAME_HEIGHT_M]
 
 
 def apart_m(places: Array, in_s: Array, moving: Moving) -> Array:
@@ -52,20 +52,18 @@ def moments_with_room_m(
     """Return the room of a motion at each of its moments.
 
     Args:
-        in_s: shape (N,), from now on, of which at least one is within 3 s.
+        in_s: shape (N,), from now on.
         places_enu_m: shape (N, 3), map frame.
         moving: what moves.
         standing: what stands still.
         enough_m: more room than this is not told apart.
 
     Returns:
-        Shape (K,), of the moments of the next 3 s; metres.
+        Shape (N,); metres.
     """
-    soon = in_s <= PREDICTED_S
-    times, places = in_s[soon], places_enu_m[soon]
-    room_m = np.minimum(standing.clearance_m(places), enough_m)
-    for one in at_height(moving, float(places[0, 2])):
-        room_m = np.minimum(room_m, apart_m(places[:, :2], times, one))
+    room_m = np.minimum(standing.clearance_m(places_enu_m), enough_m)
+    for one in at_height(moving, float(places_enu_m[0, 2])):
+        room_m = np.minimum(room_m, apart_m(places_enu_m[:, :2], in_s, one))
     return np.asarray(room_m)
 
 
