@@ -100,6 +100,7 @@ class Engine:
             mode_unclear=taken and overtaken.is_open,
             command=self._features.command if goal.follows_commands else None,
             followed=None if goal.followed is None else self._features.followed,
+            trajectory=self._features.trajectory if goal.takes_trajectories else None,
             traffic=traffic,
         )
 

@@ -10,6 +10,7 @@ from navigation_bridge.requests.log_requests import LogRequests
 from navigation_bridge.requests.payload_requests import PayloadRequests
 from navigation_bridge.storage.storage_requests import StorageRequests
 from navigation_bridge.tasks.followed_target import FollowedTarget
+from navigation_bridge.tasks.trajectory_commands import TrajectoryCommands
 from navigation_bridge.tasks.velocity_commands import VelocityCommands
 from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
 
@@ -22,6 +23,7 @@ FEATURES: tuple[type[Feature], ...] = (
     LogRequests,
     PayloadRequests,
     VelocityCommands,
+    TrajectoryCommands,
     FollowedTarget,
     LandingTargets,
     VehicleSeparation,

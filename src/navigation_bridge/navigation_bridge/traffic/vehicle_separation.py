@@ -215,7 +215,7 @@ class VehicleSeparation(Feature):
         """Return a setpoint as fast as a run-out from it is free, for who follows commands."""
         view = TrafficView.of(snapshot)
         self._gate = None
-        if view is None or not (goal.follows_commands or goal.followed):
+        if view is None or not goal.is_steered:
             return intent
         self._rank(goal, snapshot)
         setpoint = slowed(view, intent.setpoint, *_run_out(snapshot), snapshot.time_s)
