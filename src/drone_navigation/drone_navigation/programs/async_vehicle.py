@@ -68,7 +68,7 @@ class AsyncVehicle:
     async def _find(self) -> None:
         loop = asyncio.get_running_loop()
         until_s = loop.time() + self._timeout_s
-        while self._link.state is None:
+        while self.link.state is None:
             if loop.time() > until_s:
                 text = (
                     f"No server reports the state of {self._name or 'a vehicle'}; start "
@@ -91,10 +91,11 @@ class AsyncVehicle:
                     with contextlib.suppress(NavigationError):
                         await goal.cancel()
         finally:
-            await asyncio.to_thread(self._link.close)
+            await asyncio.to_thread(self.link.close)
 
     @property
-    def _link(self) -> ServerLink:
+    def link(self) -> ServerLink:
+        """The connection, within the ``async with`` block."""
         if self._opened is None:
             raise RuntimeError("Use the vehicle in 'async with Vehicle() as vehicle:'.")
         return self._opened
@@ -108,7 +109,7 @@ class AsyncVehicle:
         Raises:
             NavigationError: with NO_SERVER, if the server has been silent for 8 s.
         """
-        state = self._link.state
+        state = self.link.state
         if state is None:
             raise NavigationError(NO_SERVER, "The server is silent; the state is not known.")
         return state
@@ -122,7 +123,7 @@ class AsyncVehicle:
     # --- goals ---------------------------------------------------------------------------
 
     def _fly(self, goal: ClientGoal) -> FlownGoal:
-        return self._keep(FlownGoal(self._link, goal))
+        return self._keep(FlownGoal(self.link, goal))
 
     def _keep(self, goal: _Goal) -> _Goal:
         self._flown = [each for each in self._flown if not each.is_over]
@@ -130,7 +131,7 @@ class AsyncVehicle:
         return goal
 
     def _avoids(self, avoid: bool | None) -> bool:
-        return self._link.knows_obstacles if avoid is None else avoid
+        return self.link.knows_obstacles if avoid is None else avoid
 
     def takeoff(self, height_m: float = 0.0) -> FlownGoal:
         """Arm if that is allowed, and take off to a height above ground; 0: the server's."""
@@ -173,7 +174,7 @@ class AsyncVehicle:
         positions: Sequence[Vector3],
         *,
         frame: str = FRAME_MAP,
-        hold_s: float = 0.0,
+        hold_s: float | Sequence[float] = 0.0,
         speed_m_s: float = 0.0,
         laps: int = 1,
         as_mission: bool = False,
@@ -184,7 +185,7 @@ class AsyncVehicle:
         Args:
             positions: its waypoints, each as those of `goto`.
             frame: `map` or `wgs84`.
-            hold_s: hold time at each; 0 flies through.
+            hold_s: hold time at all, or at each; 0 flies through.
             speed_m_s: highest ground speed; 0 is the server's default.
             laps: how often.
             as_mission: whether the autopilot flies it by itself.
@@ -222,7 +223,7 @@ class AsyncVehicle:
 
     def steer(self, speed_m_s: float = 0.0) -> Steering:
         """Follow velocities that the program gives by `Steering.move`; until it is cancelled."""
-        return self._keep(Steering(self._link, speed_m_s))
+        return self._keep(Steering(self.link, speed_m_s))
 
     # --- requests ------------------------------------------------------------------------
 
@@ -239,7 +240,7 @@ class AsyncVehicle:
             with contextlib.suppress(RuntimeError):  # the loop is closed
                 loop.call_soon_threadsafe(put, response)
 
-        self._link.post(partial(self._link.call, kind, name, request, done))
+        self.link.post(partial(self.link.call, kind, name, request, done))
         response = await answer
         if isinstance(response, NavigationError):
             raise response

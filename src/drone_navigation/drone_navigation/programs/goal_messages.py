@@ -80,7 +80,7 @@ def point(
 def route(
     positions: Sequence[Vector3],
     frame: str,
-    hold_s: float,
+    hold_s: float | Sequence[float],
     speed_m_s: float,
     avoid: bool,
     laps: int,
@@ -91,14 +91,14 @@ def route(
     Args:
         positions: its waypoints, each as that of a point.
         frame: `map` or `wgs84`, where altitudes are above mean sea level.
-        hold_s: hold time at each; 0 flies through.
+        hold_s: hold time at all, or at each; 0 flies through.
         speed_m_s: highest ground speed; 0 is the server's default.
         avoid: whether obstacles are avoided.
         laps: how often it is flown.
         as_mission: whether the autopilot flies it as a mission of its own.
 
     Raises:
-        ValueError: another frame.
+        ValueError: another frame, or another number of hold times.
     """
     frames = {FRAME_MAP: Waypoint.FRAME_MAP, FRAME_WGS84: Waypoint.FRAME_GEODETIC_AMSL}
     if frame not in frames:
@@ -106,8 +106,9 @@ def route(
     goal = NavigateWaypoints.Goal(laps=laps, max_speed=float(speed_m_s), avoid_obstacles=avoid)
     if as_mission:
         goal.execution = NavigateWaypoints.Goal.EXECUTION_MISSION
-    for x, y, z in positions:
-        waypoint = Waypoint(frame=frames[frame], hold_time=float(hold_s))
+    holds_s = [hold_s] * len(positions) if isinstance(hold_s, int | float) else hold_s
+    for (x, y, z), own_s in zip(positions, holds_s, strict=True):
+        waypoint = Waypoint(frame=frames[frame], hold_time=float(own_s))
         waypoint.position.x, waypoint.position.y, waypoint.position.z = float(x), float(y), float(z)
         goal.waypoints.append(waypoint)
     text = f"a route of {len(positions)} waypoints"

@@ -38,7 +38,7 @@ from drone_navigation.programs.reported_state import ReportedState, reported_sta
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
 
-__all__ = ["ServerLink", "TrackedGoal"]
+__all__ = ["LinkGuest", "ServerLink", "TrackedGoal"]
 
 _FIND_S = 10.0
 """Of a service or an action that is not there yet"""
@@ -48,6 +48,16 @@ _REASON_S = 5.0
 """The reason of a rejection comes on its own topic, usually before the rejection itself"""
 _CLOSE_S = 5.0
 _ENDED = NavigationError(NO_SERVER, "The vehicle's 'with' block has ended, and so its connection.")
+
+
+class LinkGuest(Protocol):
+    """Another user of the node, in the thread of ROS."""
+
+    def tick(self, now: float) -> None:
+        """Do what is due, at a time in s; called in each turn."""
+
+    def close(self) -> None:
+        """End."""
 
 
 class GoalListener(Protocol):
@@ -125,6 +135,7 @@ class ServerLink:
         self._goals: list[TrackedGoal] = []
         self._calls: list[_Call] = []
         self._rejections: list[GoalRejected] = []
+        self._guests: list[LinkGuest] = []
         self._numbers = 0
         self._seen: dict[str, Any] = {}
         self._heard_s = 0.0
@@ -160,6 +171,10 @@ class ServerLink:
             raise _ENDED
         self._posted.put(work)
 
+    def attach(self, make: Callable[[Node, float], LinkGuest]) -> None:
+        """Let another one use the node; ``make`` gets it, and the time in s, in ROS's thread."""
+        self.post(lambda: self._guests.append(make(self._node, time.monotonic())))
+
     @property
     def state(self) -> ReportedState | None:
         """The newest state; None before the first, and while the server is silent."""
@@ -183,6 +198,8 @@ class ServerLink:
                 while not self._posted.empty():
                     self._posted.get()()
                 now_s = time.monotonic()
+                for guest in self._guests:
+                    guest.tick(now_s)
                 self._goals = [goal for goal in self._goals if not self._follow(goal, now_s)]
                 self._calls = [call for call in self._calls if not self._serve(call, now_s)]
         finally:
@@ -190,6 +207,8 @@ class ServerLink:
 
     def _finish(self) -> None:
         """Let nobody wait any more, and end ROS."""
+        for guest in self._guests:
+            guest.close()
         for goal in self._goals:
             goal.listener.finish(_ENDED)
         for call in self._calls:
