@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import getpass
 import hashlib
 import random
 from collections.abc import AsyncIterator, Awaitable, Callable
@@ -131,7 +132,12 @@ def test_an_agent_proposes_a_person_confirms_and_the_vehicle_flies(stage: Stage)
         shown = await stage.decide("confirm", there["id"], "yes")
         assert "m of the map origin" in shown
         ended = await until(client, there["id"], "ended")
-        assert (ended["code"], ended["released_by"] != "") == ("SUCCESS", True)
+        assert (ended["code"], ended["released_by"]) == ("SUCCESS", getpass.getuser())
+        by = f"Sent by agent planner, released by {getpass.getuser()} as {there['id']}."
+        assert stage.flight.server is not None
+        assert by in stage.flight.server.text
+        events = (await call(client, "events"))["events"]
+        assert by in [each["text"] for each in events]
         assert (await call(client, "state"))["state"]["position_enu_m"][0] > 4
 
         # Nothing but the bounds comes back for what no act can be.

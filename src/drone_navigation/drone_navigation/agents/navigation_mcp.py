@@ -121,7 +121,7 @@ async def _serve_agent(name: str, rules: AgentRules, options: argparse.Namespace
     async with AsyncVehicle(options.vehicle, options.server_timeout) as vehicle:
         view = VehicleView(vehicle.link, options.vehicle)
         book = ProposalBook(name, rules, uuid.uuid4().hex[:6])
-        calls = ToolCalls(book, VehicleHands(vehicle, view, book.finish))
+        calls = ToolCalls(book, VehicleHands(vehicle, name, view, book.finish))
         async with confirming(calls):
             await serve(calls, metadata.version("drone_navigation"))
 

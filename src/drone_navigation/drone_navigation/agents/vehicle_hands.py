@@ -40,6 +40,7 @@ class VehicleHands:
     def __init__(
         self,
         vehicle: AsyncVehicle,
+        agent: str,
         view: VehicleView,
         finish: Callable[[AgentProposal, str, str], None],
     ) -> None:
@@ -47,10 +48,12 @@ class VehicleHands:
 
         Args:
             vehicle: what is flown.
+            agent: its name, for the server's reports.
             view: what is seen of it.
             finish: gets the end of a flight: its code and a sentence.
         """
         self._vehicle = vehicle
+        self._agent = agent
         self._view = view
         self._finish = finish
         self._numbers = itertools.count(1)
@@ -145,6 +148,8 @@ class VehicleHands:
 
     async def _fly(self, proposal: AgentProposal) -> None:
         try:
+            by = proposal.released_by
+            self._vehicle.origin = f"agent {self._agent}, released by {by} as {proposal.id}"
             end = await self._goal(proposal.act)
             self._finish(proposal, end.code, end.message.removeprefix(f"{end.code}: "))
         except NavigationError as error:

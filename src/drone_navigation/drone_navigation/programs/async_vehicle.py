@@ -37,15 +37,20 @@ class AsyncVehicle:
     feedback. A later one replaces it. Positions are metres east, north and up from the map origin.
     At the end of the ``async with`` block, by Ctrl-C or an exception, too, goals that are still
     flown are cancelled. All methods raise a `NavigationError` for what is not done.
+
+    Attributes:
+        origin: the program's name for itself, for the goals to come; empty for none.
     """
 
-    def __init__(self, name: str = "", timeout_s: float = 10.0) -> None:
+    def __init__(self, name: str = "", timeout_s: float = 10.0, origin: str = "") -> None:
         """Prepare.
 
         Args:
             name: namespace of the vehicle, for a server of several.
             timeout_s: longest wait for the server.
+            origin: the program's name for itself, which the server reports with its goals.
         """
+        self.origin = origin
         self._name = name
         self._timeout_s = timeout_s
         self._opened: ServerLink | None = None
@@ -123,7 +128,7 @@ class AsyncVehicle:
     # --- goals ---------------------------------------------------------------------------
 
     def _fly(self, goal: ClientGoal) -> FlownGoal:
-        return self._keep(FlownGoal(self.link, goal))
+        return self._keep(FlownGoal(self.link, goal, self.origin))
 
     def _keep(self, goal: _Goal) -> _Goal:
         self._flown = [each for each in self._flown if not each.is_over]
@@ -223,7 +228,7 @@ class AsyncVehicle:
 
     def steer(self, speed_m_s: float = 0.0) -> Steering:
         """Follow velocities that the program gives by `Steering.move`; until it is cancelled."""
-        return self._keep(Steering(self.link, speed_m_s))
+        return self._keep(Steering(self.link, speed_m_s, self.origin))
 
     # --- requests ------------------------------------------------------------------------
 

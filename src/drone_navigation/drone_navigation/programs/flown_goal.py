@@ -28,8 +28,14 @@ class FlownGoal:
     Where the waiting task is cancelled, so is the goal.
     """
 
-    def __init__(self, link: ServerLink, client_goal: ClientGoal) -> None:
-        """Send it at once; called in the event loop."""
+    def __init__(self, link: ServerLink, client_goal: ClientGoal, origin: str = "") -> None:
+        """Send it at once; called in the event loop.
+
+        Args:
+            link: to the server.
+            client_goal: what is sent.
+            origin: the program's name for itself; empty for none.
+        """
         self._link = link
         self._loop = asyncio.get_running_loop()
         self._accepted: asyncio.Future[None] = self._loop.create_future()
@@ -38,12 +44,12 @@ class FlownGoal:
         self._news = asyncio.Event()
         self._tracked: TrackedGoal | None = None
         self._cancels = False
-        link.post(partial(self._send, client_goal))
+        link.post(partial(self._send, client_goal, origin))
 
     # --- the thread of ROS ---------------------------------------------------------------
 
-    def _send(self, client_goal: ClientGoal) -> None:
-        self._tracked = self._link.send(client_goal, self)
+    def _send(self, client_goal: ClientGoal, origin: str) -> None:
+        self._tracked = self._link.send(client_goal, self, origin)
         self._tracked.cancels = self._cancels
 
     def _cancel(self) -> None:

@@ -23,6 +23,7 @@ from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from sensor_msgs.msg import BatteryState, NavSatFix
+from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from custom_interfaces.msg import GoalRejected, VehicleStatus
@@ -80,6 +81,7 @@ class TrackedGoal:
     Attributes:
         client_goal: what is sent.
         listener: hears of it.
+        origin: the program's name for itself, reported with the first feedback; empty for none.
         find_until_s: when its action is given up, while it is not sent.
         sent: once it is sent.
         cancels: whether it is to be cancelled.
@@ -88,6 +90,7 @@ class TrackedGoal:
 
     client_goal: ClientGoal
     listener: GoalListener
+    origin: str
     find_until_s: float
     sent: SentGoal | None = None
     cancels: bool = False
@@ -135,6 +138,9 @@ class ServerLink:
         self._goals: list[TrackedGoal] = []
         self._calls: list[_Call] = []
         self._rejections: list[GoalRejected] = []
+        self._origins = self._node.create_publisher(
+            String, f"{SERVER_NODE_NAME}/goal_origin", STREAM_QOS
+        )
         self._guests: list[LinkGuest] = []
         self._numbers = 0
         self._seen: dict[str, Any] = {}
@@ -228,12 +234,20 @@ class ServerLink:
         elif isinstance(message, MarkerArray):
             self.knows_obstacles = True
 
-    def send(self, client_goal: ClientGoal, listener: GoalListener) -> TrackedGoal:
-        """Send a goal once its action is found, and follow it to its end."""
+    def send(
+        self, client_goal: ClientGoal, listener: GoalListener, origin: str = ""
+    ) -> TrackedGoal:
+        """Send a goal once its action is found, and follow it to its end.
+
+        Args:
+            client_goal: what is sent.
+            listener: hears of it.
+            origin: the program's name for itself; empty for none.
+        """
         if client_goal.name not in self._actions:
             client = ActionClient(self._node, client_goal.action, client_goal.name)
             self._actions[client_goal.name] = client
-        goal = TrackedGoal(client_goal, listener, time.monotonic() + _FIND_S)
+        goal = TrackedGoal(client_goal, listener, origin, time.monotonic() + _FIND_S)
         self._goals.append(goal)
         return goal
 
@@ -261,8 +275,11 @@ class ServerLink:
             self._numbers += 1
             self._rejections.clear()
 
-            def feed(_sent: SentGoal, telemetry: Telemetry) -> None:
+            def feed(sent: SentGoal, telemetry: Telemetry) -> None:
                 goal.watch.hear(time.monotonic())
+                if goal.origin:  # the goal is active now
+                    self._origins.publish(String(data=f"{sent.id} {goal.origin}"))
+                    goal.origin = ""
                 goal.listener.feed(telemetry)
 
             goal.sent = SentGoal(self._numbers, goal.client_goal, client, feed, now_s)

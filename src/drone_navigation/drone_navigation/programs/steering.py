@@ -23,9 +23,9 @@ class Steering(FlownGoal):
     after the server's `cmd_vel_timeout_s`.
     """
 
-    def __init__(self, link: ServerLink, speed_m_s: float) -> None:
+    def __init__(self, link: ServerLink, speed_m_s: float, origin: str = "") -> None:
         """Send the goal; the vehicle holds until the first velocity."""
-        super().__init__(link, velocity(speed_m_s))
+        super().__init__(link, velocity(speed_m_s), origin)
 
     async def move(
         self,
