@@ -107,6 +107,7 @@ def test_installed_packages_are_those_of_the_lock() -> None:
                 "navigation_server",
                 "navigation_client",
                 "navigation_console",
+                "navigation_mcp",
                 "navigation_nav2",
                 "navigation_report",
                 "navigation_target",
