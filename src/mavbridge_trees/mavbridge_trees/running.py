@@ -15,7 +15,7 @@ __all__ = ["run_tree"]
 
 _TICK_S = 0.1
 _CANCEL_S = 2.0
-"""How long the answer to a cancel is waited for"""
+"""The answer to a cancel is waited for this long"""
 
 
 def run_tree(
