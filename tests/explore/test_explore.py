@@ -10,7 +10,7 @@ import pytest
 
 from tests.explore.__main__ import drawn, policy_table
 from tests.explore.check import Checker
-from tests.explore.coverage import Reached, compile_marked, statement_lines
+from tests.explore.coverage import OUTSIDE, Reached, compile_marked, modules, statement_lines
 from tests.explore.defects import MUTANTS, TOGETHER, planted
 from tests.explore.exploration import Exploration
 from tests.explore.explorer import explore_seed
@@ -170,3 +170,10 @@ def test_marks_tell_which_statements_were_executed() -> None:
     assert names["f"](0) == 2
     assert [line for line, mark in enumerate(marks) if mark] == [2, 4]
     assert statement_lines(source) == (0, 0, 2, 3, 4, 4, 0)
+
+
+def test_what_no_exploration_reaches_exists_and_is_tested_elsewhere() -> None:
+    for tests, *names in OUTSIDE.values():
+        assert (Path(__file__).parents[2] / tests).exists(), tests
+        for name in names:
+            assert any(f"{module}.".startswith(f"{name}.") for module in modules()), name

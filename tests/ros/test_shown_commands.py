@@ -35,7 +35,7 @@ PAGES = sorted(
 )  # fmt: skip
 TARGETS = re.findall(r"^([a-z0-9-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE)
 OWN_PORTS = ("14540", "14550", "14551", "14560", "5760")
-NO_SERVER, USAGE = 5, 2
+NO_SERVER, USAGE, REJECTED = 5, 2, 3
 LIMIT_S = 300.0
 pytestmark = [
     pytest.mark.wide,
@@ -161,6 +161,8 @@ def place(tmp_path: Path, domain: int) -> Place:
     for name in ("00000007.BIN", "vehicle1_log7_20261123T063631Z.bin"):
         (tmp_path / name).write_bytes(log)
     (tmp_path / "my.plan").write_text(json.dumps(PLAN), "utf-8")
+    rules = blocks(ROOT / "docs/programs.md", "yaml")[0]
+    (tmp_path / "agents.yaml").write_text(rules, "utf-8")
     grid = "ncols 20\nnrows 20\nxllcorner -20\nyllcorner -20\ncellsize 5\n" + 400 * "0 "
     (tmp_path / "hill.asc").write_text(grid, "utf-8")
     (tmp_path / "some.parm").write_text("WPNAV_SPEED 500\n", "utf-8")
@@ -278,6 +280,13 @@ def whole(place: Place, *words: str) -> None:
     place.succeeds(*globbed)
 
 
+def agents(place: Place, *words: str) -> None:
+    """No agent has a token, and nothing waits."""
+    code, text = place.run(*words)
+    assert code == {"serve": USAGE, "proposals": 0}.get(words[1], REJECTED), text
+    assert ("has the token" if words[1] == "serve" else "waits.") in text
+
+
 def without_a_topic(place: Place, *words: str) -> None:
     code, text = place.run(*words)
     assert code == 1
@@ -291,6 +300,7 @@ def until_stopped(place: Place, *words: str) -> None:
 HOW: dict[str, Callable[..., None]] = {
     "navigation_client": client,
     "navigation_server": server,
+    "navigation_mcp": agents,
     "navigation_nav2": until_stopped,
     "navigation_target": until_stopped,
     "navigation_report": whole,
@@ -306,6 +316,7 @@ HOW: dict[str, Callable[..., None]] = {
     "ros2 service call": until_stopped,
     "ros2 topic echo": without_a_topic,
     "ros2 run drone_navigation navigation_server": server,
+    "ros2 run mavbridge_trees": until_stopped,
     "make": target,
     "source": in_shell,
     "export": in_shell,

@@ -21,7 +21,7 @@ KEY_OF = {
 }  # fmt: skip
 """rosdep's key by the name of a Python module; those of ROS packages are the same"""
 PYPI_ONLY = {
-    "fastcrc": "fastcrc", "imageio_ffmpeg": "imageio-ffmpeg", "pmtiles": "pmtiles",
+    "fastcrc": "fastcrc", "imageio_ffmpeg": "imageio-ffmpeg", "mcp": "mcp", "pmtiles": "pmtiles",
     "pyarrow": "pyarrow", "pyulog": "pyulog", "ruckig": "ruckig", "shtab": "shtab",
 }  # fmt: skip
 """Name on the package index by the name of the module; docs/on_board.md says what each is for"""

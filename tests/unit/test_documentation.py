@@ -19,6 +19,7 @@ from typing import get_args
 
 import pytest
 
+from drone_navigation.agents.navigation_mcp import make_parser as mcp_parser
 from drone_navigation.client import events as client_events
 from drone_navigation.client import options as client_options
 from drone_navigation.client.options import COMMANDS
@@ -63,6 +64,7 @@ PROGRAMS: dict[str, Callable[[], ArgumentParser | ClientParser]] = {
     "navigation_server": server_parser,
     "navigation_client": ClientParser,
     "navigation_console": console_parser,
+    "navigation_mcp": mcp_parser,
     "navigation_nav2": nav2_parser,
     "navigation_target": target_parser,
     "navigation_report": report_parser,

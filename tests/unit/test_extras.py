@@ -12,7 +12,7 @@ import pytest
 from tests.support.processes import HANGS_AFTER_S
 
 ROOT = Path(__file__).resolve().parents[2]
-EXTRAS = ("imageio_ffmpeg", "mcap", "mcap_ros2", "pmtiles", "pyarrow", "pyulog")
+EXTRAS = ("imageio_ffmpeg", "mcap", "mcap_ros2", "mcp", "pmtiles", "pyarrow", "pyulog")
 LOG = ROOT / "tests/data/rover_guided.tlog"
 
 
@@ -45,9 +45,15 @@ sys.exit(main(['--tiles', 'a.pmtiles']))
 """
 
 
+AGENT = """
+from drone_navigation.agents.navigation_mcp import main
+sys.exit(main(['serve']))
+"""
+
+
 @pytest.mark.parametrize(
     ("package", "script"),
-    [("pyarrow", EXPORT), ("mcap", BAG), ("pyulog", ULOG), ("pmtiles", TILES)],
+    [("mcp", AGENT), ("pyarrow", EXPORT), ("mcap", BAG), ("pyulog", ULOG), ("pmtiles", TILES)],
 )
 def test_a_missing_package_is_one_sentence(package: str, script: str, tmp_path: Path) -> None:
     done = without_extras(script, tmp_path)
@@ -70,7 +76,7 @@ def test_a_console_without_websockets_says_so_in_one_sentence(tmp_path: Path) ->
 
 def test_only_what_needs_an_extra_imports_it() -> None:
     """The modules that import one at their top are imported late themselves."""
-    late = {"archive.py", "columns.py", "export.py"}
+    late = {"archive.py", "columns.py", "export.py", "stdio_server.py"}
     found = set()
     for path in [*ROOT.glob("src/*/*/**/*.py"), *ROOT.glob("sitl/mavlink_sitl/**/*.py")]:
         for node in ast.parse(path.read_text("utf-8")).body:

@@ -220,13 +220,15 @@ def _name_events(axes: Axes, recording: FlightRecording) -> None:
     named += [(time_s, "goal") for time_s, _ in recording.goals]
     last_s = -1e9
     for time_s, text in sorted(named):
-        # Events of one moment would be printed over each other; the first names them.
+        # Events of one moment would be printed over each other; the first names them. Those of a
+        # clock that was set back are outside the picture.
         if time_s - last_s < _APART * recording.duration_s:
             continue
         last_s = time_s
         axes.annotate(
             text, (time_s, 1.0), xycoords=("data", "axes fraction"),
             xytext=(0, 4), textcoords="offset points", rotation=35, fontsize=8, ha="left",
+            annotation_clip=True,
         )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from flight_logs.frames.packets import iterate_packets
 from flight_reports import flight_plot, flight_video
 from flight_reports.flight_recording import FlightRecording, read_recording
 from flight_reports.pictures import scene as flight_scene
@@ -207,3 +208,16 @@ def test_no_obstacle_is_drawn_below_the_ground(
     assert ground_m(flown) == pytest.approx(0.0, abs=0.1)
     assert len(bottoms) >= 8  # gone ones and known ones, in two views, in the plot and in the film
     assert set(bottoms) == {ground_m(flown)}
+
+
+def test_a_flight_is_drawn_whose_recorder_set_its_clock_back_to_1970(tmp_path: Path) -> None:
+    records = list(iterate_packets(DATA / "copter_lowbatt.tlog"))
+    log, half = tmp_path / "flight.tlog", len(records) // 2
+    with log.open("wb") as stream:
+        for number, (time_s, frame) in enumerate(records):
+            stamp_us = round(1e6 * (time_s if number < half else time_s - records[half][0]))
+            stream.write(stamp_us.to_bytes(8, "big") + frame)
+    picture = tmp_path / "flight.png"
+    assert flight_plot.main([str(log), "-o", str(picture)]) == 0
+    with Image.open(picture) as drawn:
+        assert drawn.size > (800, 400)

@@ -53,7 +53,9 @@ def test_a_middleware_of_another_folder_of_ros_is_found(tmp_path: Path) -> None:
 def test_each_program_ends_with_the_sentence(
     program: str, variables: dict[str, str], said: str
 ) -> None:
-    module = "ros2_command" if program == "ros2" else program
+    module = {"ros2": "ros2_command", "navigation_mcp": "agents.navigation_mcp"}.get(
+        program, program
+    )
     script = f"import sys; sys.argv[0] = {program!r}; import drone_navigation.{module}"
     done = subprocess.run(
         [sys.executable, "-c", script], env={**os.environ, **variables}, capture_output=True,

@@ -22,6 +22,7 @@ PROGRAMS = frozenset(
     {
         "navigation_client",
         "navigation_console",
+        "navigation_mcp",
         "navigation_nav2",
         "navigation_server",
         "navigation_target",

@@ -1,0 +1,197 @@
+"""The vehicle as the tools of an agent reach it: read, rehearsed, held, and flown once released."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import itertools
+from collections.abc import Callable
+from dataclasses import asdict
+
+from drone_navigation.agents.acts import (
+    AgentAct,
+    AgentGoto,
+    AgentLanding,
+    AgentOrbit,
+    AgentReturn,
+    AgentRoute,
+    AgentTakeoff,
+    AgentWaypoint,
+)
+from drone_navigation.agents.envelopes import extent_of
+from drone_navigation.agents.proposals import AgentProposal, Judgement, ToolRejection
+from drone_navigation.agents.vehicle_view import VehicleView
+from drone_navigation.console.messages import PageWaypoint, Rehearse
+from drone_navigation.console.page_types import JsonObject
+from drone_navigation.programs.async_vehicle import AsyncVehicle
+from drone_navigation.programs.errors import NavigationError
+from drone_navigation.programs.flown_goal import FlownGoal
+from navigation_core.geometry import Vector3
+
+__all__ = ["VehicleHands"]
+
+_REHEARSAL_S = 30.0
+_EVENTS = 20
+
+
+class VehicleHands:
+    """One vehicle, in the event loop."""
+
+    def __init__(
+        self,
+        vehicle: AsyncVehicle,
+        agent: str,
+        view: VehicleView,
+        finish: Callable[[AgentProposal, str, str], None],
+    ) -> None:
+        """Use it.
+
+        Args:
+            vehicle: what is flown.
+            agent: its name, for the server's reports.
+            view: what is seen of it.
+            finish: gets the end of a flight: its code and a sentence.
+        """
+        self._vehicle = vehicle
+        self._agent = agent
+        self._view = view
+        self._finish = finish
+        self._numbers = itertools.count(1)
+        self._flights: set[asyncio.Task[None]] = set()
+
+    @property
+    def position_enu_m(self) -> Vector3 | None:
+        """Where the vehicle is; None while unknown."""
+        return self._view.position_enu_m
+
+    @property
+    def is_flying(self) -> bool:
+        """Whether it is armed and off the ground."""
+        return self._view.is_flying
+
+    async def pause(self, seconds: float) -> float:
+        """Let others work for some time; return the time then, s."""
+        await asyncio.sleep(seconds)
+        return asyncio.get_running_loop().time()
+
+    def read(self, name: str) -> object:
+        """Return the state of the vehicle, the obstacles or the last events, for JSON."""
+        if name == "obstacles":
+            return self._view.value("obstacles") or {}
+        if name == "events":
+            return (self._view.value("events") or [])[-_EVENTS:]
+        try:
+            state = asdict(self._vehicle.state)
+        except NavigationError as error:
+            raise ToolRejection(error.code, error.message) from None
+        motion = self._view.value("motion") or {}
+        moves = {"speed_m_s": motion.get("speed"), "climb_m_s": motion.get("climb")}
+        return {**state, **moves, "home": self._view.value("home")}
+
+    async def hold(self) -> None:
+        """Hold now."""
+        try:
+            await self._vehicle.hold()
+        except NavigationError as error:
+            raise ToolRejection(error.code, error.message) from None
+
+    async def rehearse(self, act: AgentAct) -> Judgement:
+        """Rehearse an act, where the simulator can."""
+        waypoints = _waypoints(act)
+        if not waypoints or not isinstance(act, AgentGoto | AgentRoute | AgentOrbit):
+            text = "This act is not rehearsed."
+            return Judgement("", text, None, self.position_enu_m, self.is_flying)
+        order = Rehearse(
+            self._view.vehicle,
+            tuple(PageWaypoint(w.position_enu_m, w.hold_s) for w in waypoints),
+            act.speed_m_s,
+            1 if isinstance(act, AgentGoto) else act.laps,
+            act.avoid_obstacles,
+            act.radius_m if isinstance(act, AgentOrbit) else 0.0,
+            next(self._numbers),
+        )
+        loop = asyncio.get_running_loop()
+        result: asyncio.Future[JsonObject] = loop.create_future()
+
+        def put(message: JsonObject) -> None:
+            if not result.done():
+                result.set_result(message)
+
+        def tell(message: JsonObject) -> None:
+            with contextlib.suppress(RuntimeError):  # the loop is closed
+                loop.call_soon_threadsafe(put, message)
+
+        self._view.rehearse(order, tell)
+        start = self.position_enu_m
+        try:
+            answer = await asyncio.wait_for(result, _REHEARSAL_S)
+        except asyncio.TimeoutError:
+            answer = {"error": f"it took longer than {_REHEARSAL_S:g} s."}
+        return self._judge(answer, start)
+
+    def _judge(self, answer: JsonObject, start: Vector3 | None) -> Judgement:
+        if "error" in answer:
+            text = f"It could not be rehearsed: {answer['error']}"
+            return Judgement("", text, None, start, self.is_flying)
+        flown = answer["rehearsal"]
+        if not flown["accepted"]:
+            return Judgement(flown["code"], flown["text"])
+        lacks = answer.get("lacks") or ()
+        text = flown["text"] + (f" Not considered: {', '.join(lacks)}." if lacks else "")
+        return Judgement(flown["code"], text, extent_of(flown), start, self.is_flying)
+
+    def fly(self, proposal: AgentProposal) -> None:
+        """Begin what was released."""
+        task = asyncio.get_running_loop().create_task(self._fly(proposal))
+        self._flights.add(task)
+        task.add_done_callback(self._flights.discard)
+
+    async def _fly(self, proposal: AgentProposal) -> None:
+        try:
+            by = proposal.released_by
+            self._vehicle.origin = f"agent {self._agent}, released by {by} as {proposal.id}"
+            end = await self._goal(proposal.act)
+            self._finish(proposal, end.code, end.message.removeprefix(f"{end.code}: "))
+        except NavigationError as error:
+            self._finish(proposal, error.code, error.message)
+
+    def _goal(self, act: AgentAct) -> FlownGoal:
+        vehicle = self._vehicle
+        if isinstance(act, AgentTakeoff):
+            return vehicle.takeoff(act.height_m)
+        if isinstance(act, AgentLanding):
+            return vehicle.land()
+        if isinstance(act, AgentReturn):
+            return vehicle.rtl()
+        if isinstance(act, AgentOrbit):
+            return vehicle.orbit(
+                act.x_m,
+                act.y_m,
+                act.radius_m,
+                height_m=act.height_m,
+                laps=act.laps,
+                speed_m_s=act.speed_m_s,
+                avoid=act.avoid_obstacles,
+            )
+        if isinstance(act, AgentGoto):
+            return vehicle.goto(
+                act.x_m, act.y_m, act.z_m, speed_m_s=act.speed_m_s, avoid=act.avoid_obstacles
+            )
+        return vehicle.route(
+            [w.position_enu_m for w in act.waypoints],
+            hold_s=[w.hold_s for w in act.waypoints],
+            speed_m_s=act.speed_m_s,
+            laps=act.laps,
+            avoid=act.avoid_obstacles,
+        )
+
+
+def _waypoints(act: AgentAct) -> tuple[AgentWaypoint, ...]:
+    """Return the waypoints that a rehearsal flies; none for an act that it cannot."""
+    if isinstance(act, AgentRoute):
+        return act.waypoints
+    if isinstance(act, AgentGoto):
+        return (AgentWaypoint(act.x_m, act.y_m, act.z_m),)
+    if isinstance(act, AgentOrbit):
+        return (AgentWaypoint(act.x_m, act.y_m, act.height_m),)
+    return ()
