@@ -13,7 +13,7 @@ from navigation_bridge.goals.requests import TrajectoryRequest
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.progress import Status
-from navigation_core.trajectories.timed_trajectory import TimedPoint
+from navigation_core.trajectories.timed_point import TimedPoint
 from tests.support.flights.trajectory_flight import Curve, TrajectoryFlight, circle, lissajous
 
 pytestmark = pytest.mark.wide_but_first
@@ -188,7 +188,7 @@ def test_a_vehicle_stops_on_its_trajectory_before_what_its_sensor_sees(autopilot
     assert 0.5 < flight.clearance_m() < 6.0
 
 
-def test_a_pause_stops_the_vehicle_on_its_trajectory_and_it_goes_on_from_there() -> None:
+def test_a_pause_stops_the_vehicle_on_its_trajectory_and_it_continues_from_there() -> None:
     flight = TrajectoryFlight()
     planned = lissajous(flight.here, 12.0, 2.0)
     goal_id = flight.start(TrajectoryRequest("map", planned.points()))

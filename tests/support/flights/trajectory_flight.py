@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from mavlink_sitl import VehicleConfig, World
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.goals.requests import TrajectoryRequest
-from navigation_bridge.tasks.trajectory_commands import TrajectoryCommands
+from navigation_bridge.requests.trajectory_commands import TrajectoryCommands
 from navigation_core.geometry import Vector3, add, scale
-from navigation_core.trajectories.timed_trajectory import TimedPoint
+from navigation_core.trajectories.timed_point import TimedPoint
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 __all__ = ["Curve", "TrajectoryFlight", "circle", "lissajous"]

@@ -45,7 +45,10 @@ from drone_navigation.qos import RESULT_TIMEOUT_S
 from drone_navigation.server import conversions as convert
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.subscribing.target_topic import topic_types
-from drone_navigation.server.trajectory_messages import placed_in_time, request_from_trajectory
+from drone_navigation.server.subscribing.trajectory_messages import (
+    placed_in_time,
+    request_from_trajectory,
+)
 from mavlink_vehicle.errors import DriverError
 from navigation_bridge.goals.goal import CancelWanted, GoalFeedback, GoalFinished
 from navigation_bridge.goals.lifecycle import GoalState

@@ -18,7 +18,6 @@ from navigation_bridge.goals.lifecycle import (
 )
 from navigation_bridge.goals.mission_plan import MissionTracker
 from navigation_bridge.goals.requests import TargetSource
-from navigation_bridge.names import TRAJECTORY_ACTION_NAME
 from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_bridge.vehicle.takeover import Takeover
 from navigation_core.geometry import Vector3
@@ -190,16 +189,6 @@ class ActiveGoal:
     doubt: PositionDoubt = field(default_factory=PositionDoubt)
     facts: dict[str, object] = field(default_factory=dict)
     act: GoalAct = field(default_factory=GoalAct)
-
-    @property
-    def takes_trajectories(self) -> bool:
-        """Whether it flies the trajectories of clients."""
-        return self.kind == TRAJECTORY_ACTION_NAME
-
-    @property
-    def is_steered(self) -> bool:
-        """Whether it is led by what comes while it runs, and reserves no path."""
-        return self.follows_commands or self.followed is not None or self.takes_trajectories
 
     @property
     def ending(self) -> bool:

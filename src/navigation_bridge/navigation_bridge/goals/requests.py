@@ -9,7 +9,7 @@ from enum import Enum
 from typing import TypeAlias
 
 from navigation_core.geometry import Vector3
-from navigation_core.trajectories.timed_trajectory import TimedPoint
+from navigation_core.trajectories.timed_point import TimedPoint
 
 # Upper limit, to catch typing errors.
 LAPS_MAX = 1000

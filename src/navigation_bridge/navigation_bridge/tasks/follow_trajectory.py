@@ -8,10 +8,13 @@ from navigation_bridge.goals.admitted import Admitted, FlightPlan
 from navigation_bridge.goals.obstacle_admission import avoidance_of
 from navigation_bridge.goals.requests import TrajectoryRequest
 from navigation_bridge.names import TRAJECTORY_ACTION_NAME
+from navigation_bridge.requests.trajectory_requests import (
+    limits_of_trajectories,
+    resolve_trajectory,
+)
 from navigation_bridge.snapshot import LocatedSnapshot
 from navigation_bridge.tasks.steering_admission import check_steered
 from navigation_bridge.tasks.task_kind import TaskKind
-from navigation_bridge.tasks.trajectory_admission import limits_of_trajectories, resolve_trajectory
 from navigation_core.geometry import KinematicState
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.intents import Handover
@@ -42,7 +45,7 @@ def _admit(request: TrajectoryRequest, snapshot: LocatedSnapshot) -> Admitted | 
         timed = resolved
     config, limits = snapshot.config, limits_of_trajectories(snapshot)
     goto = replace(snapshot.goto, limits=limits)
-    # What comes on the topic is not known before: avoidance is on as soon as any obstacle may be.
+    # The topic is not known before: avoidance is on as soon as any obstacle may be known.
     avoidance = avoidance_of(snapshot.knows_obstacles, snapshot)
 
     def make_task(handover: Handover) -> Task:

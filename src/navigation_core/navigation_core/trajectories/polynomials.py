@@ -125,7 +125,7 @@ def between(
         coefficients[3] = (2.0 * (p_0 - p_1) + (v_0 + v_1) * t) / t**3
         return PolynomialPiece(coefficients, t, limits)
     coefficients[2] = 0.5 * a_0
-    # What is missing at the end of position, velocity and acceleration.
+    # The lack at the end of position, velocity and acceleration.
     place = p_1 - p_0 - v_0 * t - 0.5 * a_0 * t**2
     speed = v_1 - v_0 - a_0 * t
     change = a_1 - a_0

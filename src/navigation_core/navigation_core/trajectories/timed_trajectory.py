@@ -19,7 +19,6 @@ import numpy as np
 from navigation_core.geometry import (
     ZERO,
     KinematicState,
-    Vector3,
     distance,
     is_finite,
     norm,
@@ -29,9 +28,10 @@ from navigation_core.geometry import (
 from navigation_core.limits import Limits
 from navigation_core.trajectories.motions import Array
 from navigation_core.trajectories.polynomials import between, spline_velocities
+from navigation_core.trajectories.timed_point import TimedPoint
 from navigation_core.trajectories.trajectory import Trajectory, plan_stop
 
-__all__ = ["TimedPoint", "TimedTrajectory", "TrajectoryFault", "join", "plan_timed"]
+__all__ = ["TimedTrajectory", "TrajectoryFault", "join", "plan_timed"]
 
 POINTS_MAX = 2000
 """More points are a mistake, or too many for one setpoint period."""
@@ -53,25 +53,6 @@ _JOINS_S = (0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 _SAME_M, _SAME_M_S, _SAME_M_S2 = 1e-3, 1e-3, 1e-2
 # While a trajectory is joined, the limits may be exceeded by this share.
 _JOIN_SHARE = 1.1
-
-
-@dataclass(frozen=True)
-class TimedPoint:
-    """A point of a trajectory.
-
-    Attributes:
-        time_s: time from the start of the trajectory.
-        position_enu_m: position in the map frame.
-        velocity_enu_m_s: velocity; None if it is not given.
-        acceleration_enu_m_s2: acceleration; None if it is not given.
-        yaw_enu_rad: yaw; None for the direction of travel.
-    """
-
-    time_s: float
-    position_enu_m: Vector3
-    velocity_enu_m_s: Vector3 | None = None
-    acceleration_enu_m_s2: Vector3 | None = None
-    yaw_enu_rad: float | None = None
 
 
 @dataclass(frozen=True)
@@ -211,7 +192,7 @@ def _check_points(points: Sequence[TimedPoint]) -> TrajectoryFault | None:
 
 
 def _fault(point: TimedPoint, first: TimedPoint, before_s: float) -> str:
-    """Return what is wrong with a point, compared with the first and the time before; or nothing."""
+    """Return what is wrong with a point beside the first and the time before; or nothing."""
     if not _is_sound(point):
         return f"has a number that is not finite, or beyond {_NUMBER_MAX:g}"
     if point.time_s < 0.0:

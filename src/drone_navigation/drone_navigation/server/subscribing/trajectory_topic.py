@@ -8,9 +8,9 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.subscribing.sensor_topics import Newest
-from drone_navigation.server.trajectory_messages import placed_in_time, request_of
+from drone_navigation.server.subscribing.trajectory_messages import placed_in_time, request_of
 from navigation_bridge.goals.requests import TrajectoryRequest
-from navigation_bridge.tasks.trajectory_commands import TrajectoryCommands
+from navigation_bridge.requests.trajectory_commands import TrajectoryCommands
 
 __all__ = ["TOPIC", "TrajectoryTopic"]
 

@@ -25,7 +25,7 @@ from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.run_out_limiter import RunOutLimiter
 from navigation_core.tasks.observation import Observation
-from navigation_core.tasks.steering.tracking_correction import TrackingCorrection
+from navigation_core.tasks.steering.tracking_trim import TrackingTrim
 from navigation_core.trajectories.timed_trajectory import TimedTrajectory, join
 
 __all__ = ["Room", "TrajectoryLeader"]
@@ -83,7 +83,7 @@ class TrajectoryLeader:
         self._terms = terms
         self._limits = limits
         self._run_out_limiter = RunOutLimiter(terms.avoidance, terms.traits, limits, terms.bounds)
-        self._correction = TrackingCorrection()
+        self._trim = TrackingTrim()
         self._samples: MotionSamples | None = None
         self._ahead_s = 0.0
         self.left_at_s = 0.0
@@ -153,7 +153,7 @@ class TrajectoryLeader:
         if stops or self.is_blocked:
             setpoint = carrot.setpoint
         else:
-            setpoint = self._correction.corrected(carrot, here.state, dt_s)
+            setpoint = self._trim.trimmed(carrot, here.state, dt_s)
         return Fly(self._run_out_limiter.limited(setpoint, observation))
 
     def _turn(self, carrot: Carrot) -> None:

@@ -11,7 +11,7 @@ from custom_interfaces.action import FollowTrajectory
 from drone_navigation.server.bridge_access import BridgeAccess
 from navigation_bridge.goals.point_requests import yaw_enu_rad
 from navigation_bridge.goals.requests import TrajectoryRequest
-from navigation_core.trajectories.timed_trajectory import TimedPoint
+from navigation_core.trajectories.timed_point import TimedPoint
 
 __all__ = ["placed_in_time", "request_from_trajectory", "request_of"]
 

@@ -7,9 +7,10 @@ import math
 from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.goals.requests import TrajectoryRequest
+from navigation_bridge.names import TRAJECTORY_ACTION_NAME
 from navigation_bridge.requests.feature import Feature, FeatureParts
+from navigation_bridge.requests.trajectory_requests import resolve_trajectory
 from navigation_bridge.snapshot import LocatedSnapshot
-from navigation_bridge.tasks.trajectory_admission import resolve_trajectory
 from navigation_core.geometry import KinematicState, distance
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.trajectories.timed_trajectory import TimedTrajectory
@@ -45,14 +46,14 @@ class TrajectoryCommands(Feature):
     def replace(self, request: TrajectoryRequest, now: float) -> None:
         """Process a trajectory of a client: it replaces the one that is flown, if it is sound.
 
-        The one that is flown goes on otherwise.
+        Otherwise the one that is flown continues.
 
         Args:
             request: the trajectory.
             now: time in seconds.
         """
         goal = self.parts.goals().active
-        if goal is None or not goal.takes_trajectories or goal.ending:
+        if goal is None or goal.kind != TRAJECTORY_ACTION_NAME or goal.ending:
             self._warn("A trajectory is ignored: no follow_trajectory goal is active.", now)
             return
         resolved = self._resolved(goal, request, now)

@@ -2,7 +2,7 @@
 
 A vehicle follows its setpoint late, and goes round outside of a turn: the integrator of its
 autopilot turns with it and comes late. So what is sent is ahead of the trajectory, and moved by a
-share of the error of position and velocity, and by the integral of the error in the vehicle's axes of
+share of the error of position and velocity, and by the integral of the error along and across the
 motion. The gains and times were found on the simulated ArduCopter and PX4.
 """
 
@@ -23,7 +23,7 @@ from navigation_core.geometry import (
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.carrot import Carrot
 
-__all__ = ["TrackingCorrection"]
+__all__ = ["TrackingTrim"]
 
 # By what a setpoint is sent ahead, and its acceleration, which an airframe has to lean for.
 _AHEAD_S, _LEAN_S = 0.1, 0.3
@@ -37,14 +37,14 @@ _ERROR_MAX_M, _INTEGRAL_MAX_M = 1.0, 1.0
 _MOVES_M_S = 0.5
 
 
-class TrackingCorrection:
-    """Corrects the setpoints of one flight."""
+class TrackingTrim:
+    """Trims the setpoints of one flight."""
 
     def __init__(self) -> None:
         """Begin without an error."""
         self._along_left_up: Vector3 = ZERO
 
-    def corrected(self, carrot: Carrot, here: KinematicState, dt_s: float) -> Setpoint:
+    def trimmed(self, carrot: Carrot, here: KinematicState, dt_s: float) -> Setpoint:
         """Return the setpoint to send.
 
         Args:

@@ -20,8 +20,8 @@ from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.planning.conflicts import first_conflict
 from navigation_core.safety.target_checks import check_target
 from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
+from navigation_core.trajectories.timed_point import TimedPoint
 from navigation_core.trajectories.timed_trajectory import (
-    TimedPoint,
     TimedTrajectory,
     TrajectoryFault,
     join,
