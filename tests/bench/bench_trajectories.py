@@ -1,8 +1,8 @@
 """Trajectories of other planners: how far a copter is from them, by the simulation's truth.
 
-The greatest distance between the vehicle and the place of the trajectory at its time, starts and stops
-included. The reference is the distance that is flown in a second. And how long the server takes to
-check a trajectory, beside the time between two setpoints.
+The greatest distance between the vehicle and the place of the trajectory at its time, starts and
+stops included. The reference is the distance that is flown in a second. And how long the server
+takes to check a trajectory, beside the time between two setpoints.
 """
 
 from __future__ import annotations
