@@ -81,7 +81,7 @@ def test_the_tree_of_the_documentation_inspects_four_towers_with_two_batteries(
     text = PAGE.read_text("utf-8")
     program = next(b for b in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "TOWERS" in b)
     drain = ("--param", "SIM_BAT_DRAIN=70", "--param", "SIM_BAT_MIN_PCT=20")
-    low = ("--param", "COM_LOW_BAT_ACT=0")
+    low = ("--param", "COM_LOW_BAT_ACT=0", "--param", "RTL_RETURN_ALT=10")
     flight = Flight(
         tmp_path, "--ros-args", "-p", "battery_policy:=warn", "--",
         simulator=("--autopilot", "px4", *drain, *low),
