@@ -186,8 +186,10 @@ class ProposalBook:
         if judgement.code not in ("", "SUCCESS"):
             self._move(proposal, ProposalState.REJECTED, judgement.code, judgement.message)
             return False
-        limits = self._rules.envelope
+        limits, lowers = self._rules.envelope, proposal.act.kind in ("land", "return")
         beyond = breaches(extent, limits) if extent and limits else ()
+        if limits and not extent and not lowers:
+            beyond = (f"it is unknown. {judgement.message}",)
         if beyond:
             text = f"The flight would leave the agent's envelope: {', '.join(beyond)}."
             self._move(proposal, ProposalState.REJECTED, "OUTSIDE_ENVELOPE", text)
