@@ -157,6 +157,8 @@ def test_an_agent_proposes_a_person_confirms_and_the_vehicle_flies(stage: Stage)
             assert rejected["accepted"]["properties"]["z_m"]["maximum"] == 500
         far = await call(client, "goto", x_m=9000, y_m=0, z_m=4)
         assert far["rejected"]["code"] == "OUTSIDE_VOLUME"
+        (volume,) = far["rejected"]["accepted"]["vehicle"]["flight_volume"]["areas"]
+        assert 10 < volume["radius"] < 9000
 
         dull = await call(client, "goto", x_m=0, y_m=0, z_m=4)
         assert "Done." in await stage.decide("reject", dull["id"])

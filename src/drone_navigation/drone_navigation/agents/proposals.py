@@ -265,10 +265,10 @@ class ProposalBook:
             raise ToolRejection("UNKNOWN_PROPOSAL", "No proposal has that id.", {"ids": known})
         return self._proposals[proposal_id]
 
-    def limits(self) -> dict[str, object] | None:
+    def limits(self) -> dict[str, float] | None:
         """Return the envelope that no proposal may leave, for JSON; None without one."""
         limits = self._rules.envelope
-        return None if limits is None else {"envelope": limits.value()}
+        return None if limits is None else limits.value()
 
     def all(self, now: float) -> list[AgentProposal]:
         """Return all that are kept, the oldest first."""

@@ -78,7 +78,9 @@ class VehicleHands:
         return asyncio.get_running_loop().time()
 
     def read(self, name: str) -> object:
-        """Return the state of the vehicle, the obstacles or the last events, for JSON."""
+        """Return the state of the vehicle, obstacles, bounds or the last events, for JSON."""
+        if name == "bounds":
+            return {each: self._view.value(each) for each in ("flight_volume", "fence")}
         if name == "obstacles":
             return self._view.value("obstacles") or {}
         if name == "events":
