@@ -12,7 +12,13 @@ import pytest
 from flight_rehearsal.flight_parameters import KINDS, SERVER_PARAMETERS, VEHICLE_PARAMETERS
 from flight_rehearsal.rehearsal import StoppedError, lose_link, rehearse
 from flight_rehearsal.rehearsed_flight import RehearsedFlight
-from flight_rehearsal.request import HomePoint, RehearsalRequest, RehearsalWaypoint, RequestError
+from flight_rehearsal.request import (
+    HomePoint,
+    RehearsalRequest,
+    RehearsalStep,
+    RehearsalWaypoint,
+    RequestError,
+)
 from mavlink_sitl import BatteryModel, VehicleConfig
 from navigation_bridge.configuration.parameter_table import SERVER_WIDE, SPECS
 from navigation_core.geometry import Vector3, distance
@@ -319,3 +325,42 @@ def test_the_parameters_that_are_asked_for_exist() -> None:
         unknown = [each for each in VEHICLE_PARAMETERS[name] if each not in known]
         assert not unknown, f"{name}: {unknown}"
     assert not math.isnan(rehearse(COPTER).duration_s)
+
+
+STEPS = (
+    RehearsalStep("takeoff", height_m=5.0),
+    RehearsalStep("go", ((10.0, 0.0, 5.0),), speed_m_s=4.0),
+    RehearsalStep("orbit", ((10.0, 10.0, 0.0),), height_m=5.0, radius_m=5.0, laps=0.5),
+    RehearsalStep("wait", seconds=3.0),
+    RehearsalStep("route", ((0.0, 10.0, 5.0), (0.0, 0.0, 5.0))),
+    RehearsalStep("land"),
+)
+ON_GROUND = replace(COPTER, position_enu_m=(0.0, 0.0, 0.0), armed=False, flying=False)
+
+
+@pytest.mark.parametrize("name", ["ArduCopter", "PX4 multicopter"])
+def test_a_plan_is_rehearsed_step_by_step(name: str) -> None:
+    flown = rehearse(replace(ON_GROUND, autopilot=name, waypoints=(), steps=STEPS))
+    assert (flown.code, flown.step, flown.accepted) == ("SUCCESS", 0, True), flown.text
+    assert distance(flown.path_enu_m[-1], (0.0, 0.0, 0.0)) < 1.0
+    for place in ((10.0, 0.0, 5.0), (0.0, 10.0, 5.0)):
+        assert min(distance(place, point) for point in flown.path_enu_m) < 1.0
+    alone = rehearse(replace(ON_GROUND, autopilot=name, waypoints=(), steps=STEPS[:2]))
+    assert alone.duration_s + 3.0 < flown.duration_s
+
+
+@pytest.mark.parametrize(
+    ("at", "step", "code"),
+    [
+        (0, RehearsalStep("land"), "NOT_FLYING"),
+        (1, RehearsalStep("go", ((10.0, 0.0, -5.0),)), "BELOW_GROUND"),
+        (3, RehearsalStep("go", ((5000.0, 0.0, 5.0),)), "OUTSIDE_VOLUME"),
+    ],
+)
+def test_a_plan_that_would_be_rejected_says_at_which_step(
+    at: int, step: RehearsalStep, code: str
+) -> None:
+    steps = (*STEPS[:at], step, *STEPS[at:])
+    server = {**SERVER, "volume_radius_m": 1000.0}
+    flown = rehearse(replace(ON_GROUND, waypoints=(), steps=steps, server=server))
+    assert (flown.code, flown.step, flown.accepted) == (code, at + 1, False), flown.text

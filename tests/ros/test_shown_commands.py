@@ -316,6 +316,7 @@ HOW: dict[str, Callable[..., None]] = {
     "ros2 service call": until_stopped,
     "ros2 topic echo": without_a_topic,
     "ros2 run drone_navigation navigation_server": server,
+    "ros2 run mavbridge_trees": until_stopped,
     "make": target,
     "source": in_shell,
     "export": in_shell,

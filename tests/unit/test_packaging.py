@@ -214,7 +214,7 @@ def test_all_packages_have_the_version_that_is_in_one_file() -> None:
     version = (ROOT / "VERSION").read_text("utf-8").strip()
     script = runpy.run_path(str(ROOT / "scripts/set_version.py"))
     found, with_version = script["files"](), script["with_version"]
-    assert len(found) == 2 * 8 + 4
+    assert len(found) == 2 * 9 + 4
     for path in found:
         text = path.read_text("utf-8")
         assert with_version(text, version) == text, f"make version: {path}"

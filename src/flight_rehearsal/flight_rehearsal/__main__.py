@@ -21,7 +21,7 @@ from flight_rehearsal.flight_parameters import SERVER_PARAMETERS, VEHICLE_PARAME
 from flight_rehearsal.rehearsal import StoppedError, lose_link, rehearse
 from flight_rehearsal.request import RequestError, read_request
 
-_GIVE_UP_S = 10.0
+_GIVE_UP_S, _GIVE_UP_PLAN_S = 10.0, 60.0
 _NICENESS = 5
 
 
@@ -73,22 +73,23 @@ def main() -> int:
 
 def _serve(line: str, orders: _Orders) -> None:
     number = None
-    began_s = time.monotonic()
+    began_s, limit_s = time.monotonic(), _GIVE_UP_S
 
     def is_over() -> bool:
-        return orders.superseded or time.monotonic() > began_s + _GIVE_UP_S
+        return orders.superseded or time.monotonic() > began_s + limit_s
 
     try:
         number = json.loads(line).get("number")
         order = read_request(line)
+        limit_s = _GIVE_UP_PLAN_S if order.steps else _GIVE_UP_S
         flown = rehearse(order, is_over)
         _tell(sys.stdout, number=number, rehearsal=_rounded(asdict(flown)))
-        if flown.accepted and order.lose_link:
+        if flown.accepted and order.lose_link and not order.steps:
             lost = lose_link(order, 0.5 * flown.duration_s, is_over)
             _tell(sys.stdout, number=number, lost=_rounded(asdict(lost)))
     except StoppedError:
         if not orders.superseded:
-            _tell(sys.stdout, number=number, error=f"It took longer than {_GIVE_UP_S:g} s.")
+            _tell(sys.stdout, number=number, error=f"It took longer than {limit_s:g} s.")
     except RequestError as error:
         _tell(sys.stdout, number=number, error=str(error))
 

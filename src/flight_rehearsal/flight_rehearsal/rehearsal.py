@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from flight_rehearsal.approaches import Approach
 from flight_rehearsal.rehearsed_flight import RehearsedFlight
-from flight_rehearsal.request import RehearsalRequest
+from flight_rehearsal.request import RehearsalRequest, RehearsalStep
 from navigation_bridge.goals.requests import (
+    LandRequest,
     NavigateRequest,
     OrbitRequest,
     Request,
+    ReturnRequest,
+    TakeoffRequest,
     WaypointRequest,
     WaypointsRequest,
 )
 from navigation_core.geometry import Vector3, distance
+from navigation_core.outcomes import OutcomeCode
 
 __all__ = ["Lost", "Rehearsal", "StoppedError", "lose_link", "rehearse"]
 
@@ -49,6 +54,7 @@ class Rehearsal:
             consumption was not measured, and it is no simulated PX4, whose own parameter has it.
         approach: where its hull hits an obstacle, or comes nearest to one; None without obstacles.
         times_s: when it is at each point of the path, from the goal on.
+        step: that of a plan which was rejected or ended it, from 1; 0: none.
     """
 
     code: str
@@ -59,6 +65,7 @@ class Rehearsal:
     battery: float | None = None
     approach: Approach | None = None
     times_s: tuple[float, ...] = ()
+    step: int = 0
 
 
 @dataclass(frozen=True)
@@ -92,24 +99,64 @@ def rehearse(order: RehearsalRequest, is_over: IsOver = lambda: False) -> Rehear
         StoppedError: `is_over`.
     """
     stage = RehearsedFlight(order)
-    rejection = _begin(stage, order)
-    if rejection is not None:
-        return rejection
     began_s, charged = stage.now, stage.battery
-    track = _Track(stage)
-    while not stage.ends and stage.now < began_s + FLIGHT_MAX_S:
-        _go_on(stage, is_over)
-        track.extend()
+    track, ended = _Track(stage), _End("SUCCESS", "Nothing was to be flown.", True)
+    for number, part in enumerate(order.steps or (None,), 1):
+        ended = _fly_part(stage, order, part, track, began_s + FLIGHT_MAX_S, is_over)
+        if ended.code != OutcomeCode.SUCCESS.value:
+            failed = number if order.steps else 0
+            break
+    else:
+        failed = 0
+    if not ended.accepted and failed < 2:
+        return Rehearsal(ended.code, ended.text, False, step=failed)
     track.end()
     approach = stage.surroundings.approach(track.points_enu_m)
-    code, text = "UNFINISHED", f"It would take longer than {FLIGHT_MAX_S:g} s."
-    if stage.ends:
-        code, text = stage.ends[0].code.value, stage.ends[0].message
     duration_s = stage.now - began_s
     battery = _battery_left(order, charged - stage.battery, duration_s)
     times_s = tuple(time_s - began_s for time_s in track.times_s)
     path = tuple(track.points_enu_m)
-    return Rehearsal(code, text, True, path, duration_s, battery, approach, times_s)
+    return Rehearsal(
+        ended.code, ended.text, ended.accepted, path, duration_s, battery, approach, times_s, failed
+    )
+
+
+@dataclass(frozen=True)
+class _End:
+    """How a goal ended, or was rejected."""
+
+    code: str
+    text: str
+    accepted: bool
+
+
+def _fly_part(
+    stage: RehearsedFlight,
+    order: RehearsalRequest,
+    step: RehearsalStep | None,
+    track: _Track,
+    until_s: float,
+    is_over: IsOver,
+) -> _End:
+    """Fly the goal of an order, or a step of its plan, until it ends or it is too late."""
+    if step is not None and step.kind == "wait":
+        end_s = min(stage.now + step.seconds, until_s)
+        while stage.now < end_s:
+            _go_on(stage, is_over)
+            track.extend()
+        return _End(OutcomeCode.SUCCESS.value, "Waited.", True)
+    request = _request(order) if step is None else _step_request(step)
+    rejection = stage.bridge.goals.check(request, stage.now)
+    if rejection is not None:
+        return _End(rejection.code.value, rejection.message, False)
+    stage.ends.clear()
+    stage.bridge.goals.start(_GOAL_ID, request, stage.now)
+    while not stage.ends:
+        if stage.now >= until_s:
+            return _End("UNFINISHED", f"It would take longer than {FLIGHT_MAX_S:g} s.", True)
+        _go_on(stage, is_over)
+        track.extend()
+    return _End(stage.ends[0].code.value, stage.ends[0].message, True)
 
 
 def _battery_left(order: RehearsalRequest, used: float, duration_s: float) -> float | None:
@@ -142,7 +189,7 @@ def lose_link(order: RehearsalRequest, after_s: float, is_over: IsOver = lambda:
         StoppedError: `is_over`.
     """
     stage = RehearsedFlight(order)
-    _begin(stage, order)
+    stage.bridge.goals.start(_GOAL_ID, _request(order), stage.now)
     lost_s = stage.now + after_s
     while stage.now < lost_s:
         _go_on(stage, is_over)
@@ -164,15 +211,6 @@ def _go_on(stage: RehearsedFlight, is_over: IsOver) -> None:
     stage.tick()
     if is_over():
         raise StoppedError
-
-
-def _begin(stage: RehearsedFlight, order: RehearsalRequest) -> Rehearsal | None:
-    request = _request(order)
-    rejection = stage.bridge.goals.check(request, stage.now)
-    if rejection is not None:
-        return Rehearsal(rejection.code.value, rejection.message, False)
-    stage.bridge.goals.start(_GOAL_ID, request, stage.now)
-    return None
 
 
 def _request(order: RehearsalRequest) -> Request:
@@ -201,6 +239,31 @@ def _request(order: RehearsalRequest) -> Request:
         max_speed_m_s=order.speed_m_s,
         avoid_obstacles=order.avoid_obstacles,
     )
+
+
+def _step_request(step: RehearsalStep) -> Request:
+    """The request that a plan sends for a step."""
+    if step.kind == "takeoff":
+        return TakeoffRequest(step.height_m or 0.0)
+    if step.kind == "land":
+        return LandRequest()
+    if step.kind == "return":
+        return ReturnRequest()
+    if step.kind == "route":
+        return WaypointsRequest(
+            tuple(WaypointRequest(point) for point in step.points_enu_m),
+            max_speed_m_s=step.speed_m_s,
+            avoid_obstacles=step.avoid_obstacles,
+        )
+    place = step.points_enu_m[0]
+    if step.kind == "orbit":
+        height_m = math.nan if step.height_m is None else step.height_m
+        return OrbitRequest(
+            "map", place, step.radius_m, height_m, step.laps, step.speed_m_s,
+            avoid_obstacles=step.avoid_obstacles,
+        )  # fmt: skip
+    facing_travel = (0.0, 0.0, 0.0, 0.0)
+    return NavigateRequest("map", place, facing_travel, step.avoid_obstacles, step.speed_m_s)
 
 
 class _Track:

@@ -23,7 +23,18 @@ from navigation_bridge.configuration.checked_values import (
 )
 from navigation_core.geometry import Vector3
 
-__all__ = ["HomePoint", "RehearsalRequest", "RehearsalWaypoint", "RequestError", "read_request"]
+__all__ = [
+    "STEP_KINDS",
+    "HomePoint",
+    "RehearsalRequest",
+    "RehearsalStep",
+    "RehearsalWaypoint",
+    "RequestError",
+    "read_request",
+]
+
+STEP_KINDS = ("takeoff", "go", "route", "orbit", "wait", "return", "land")
+"""The kinds of steps of a plan"""
 
 _PERCENT = 100.0
 
@@ -41,6 +52,31 @@ class RehearsalWaypoint:
 
 
 @dataclass(frozen=True)
+class RehearsalStep:
+    """A step of a plan.
+
+    Attributes:
+        kind: one of `STEP_KINDS`.
+        points_enu_m: where to: a place, the waypoints of a route, or the centre of a circle.
+        height_m: above the ground, of a take-off or circle; None: as it is.
+        radius_m: of a circle, negative clockwise.
+        laps: of a circle.
+        seconds: of a wait.
+        speed_m_s: highest ground speed; 0: the server's default.
+        avoid_obstacles: whether obstacles are to be avoided.
+    """
+
+    kind: str
+    points_enu_m: tuple[Vector3, ...] = ()
+    height_m: float | None = None
+    radius_m: float = 0.0
+    laps: float = 1.0
+    seconds: float = 0.0
+    speed_m_s: float = 0.0
+    avoid_obstacles: bool = False
+
+
+@dataclass(frozen=True)
 class HomePoint:
     """The launch point: degrees, metres above mean sea level, and in the map, ENU metres."""
 
@@ -52,7 +88,7 @@ class HomePoint:
 
 @dataclass(frozen=True)
 class RehearsalRequest:
-    """A goal, a route or a circle, and where and how the vehicle is.
+    """A goal, a route, a circle or a plan, and where and how the vehicle is.
 
     Attributes:
         autopilot: name of the firmware and the kind, as the server's status has it.
@@ -79,6 +115,7 @@ class RehearsalRequest:
         box_names: names of the boxes, as far as they have any.
         sensed: obstacles that sensors have seen, as rows like those of posts.
         lose_link: whether a loss of the link is rehearsed, too.
+        steps: of a plan, which is then flown instead of the waypoints.
     """
 
     autopilot: str
@@ -104,6 +141,7 @@ class RehearsalRequest:
     box_names: tuple[str, ...] = ()
     sensed: tuple[tuple[float, ...], ...] = ()
     lose_link: bool = True
+    steps: tuple[RehearsalStep, ...] = ()
 
 
 def _home(
@@ -118,7 +156,7 @@ def _home(
 
 
 def _request(
-    waypoints: tuple[tuple[float, float, float, float], ...],
+    waypoints: tuple[tuple[float, float, float, float], ...] = (),
     status: dict[str, Any] | None = None,
     motion: dict[str, Any] | None = None,
     battery: float | None = None,
@@ -131,6 +169,8 @@ def _request(
     at = (motion or {}).get("at")
     if at is None or motion is None or not status or not status.get("position_valid"):
         raise RequestError("The vehicle's position is not known.")
+    if not waypoints and not more.get("steps"):
+        raise RequestError("There is neither a waypoint nor a step.")
     seen, armed = obstacles or {}, status.get("armed", False)
     return RehearsalRequest(
         autopilot=status.get("autopilot", ""),
@@ -182,10 +222,34 @@ _OBSTACLES: Kind[dict[str, Any]] = record(
     post_names=_NAMES,
     box_names=_NAMES,
 )
+
+
+def _step(kind: str, **more: Any) -> RehearsalStep:
+    if kind not in STEP_KINDS:
+        raise RequestError(f"There is no step {kind!r}.")
+    step = RehearsalStep(kind, **more)
+    if kind in ("go", "route", "orbit") and not step.points_enu_m:
+        raise RequestError(f"The step {kind!r} has no place.")
+    return step
+
+
+_STEP = record(
+    _step,
+    is_open=True,
+    kind=RecordMember(TEXT, required=True),
+    points_enu_m=RecordMember(items(_VECTOR), name="points"),
+    height_m=RecordMember(maybe(number()), name="height"),
+    radius_m=RecordMember(number(), name="radius"),
+    laps=RecordMember(number(0), name="laps"),
+    seconds=RecordMember(number(0)),
+    speed_m_s=RecordMember(number(0), name="speed"),
+    avoid_obstacles=RecordMember(FLAG, name="avoid"),
+)
 REQUEST = record(
     _request,
     is_open=True,
-    waypoints=RecordMember(items(row(*[number()] * 4)), required=True),
+    waypoints=RecordMember(items(row(*[number()] * 4))),
+    steps=RecordMember(items(_STEP)),
     status=RecordMember(maybe(_STATUS)),
     motion=RecordMember(maybe(_MOTION)),
     battery=_NUMBER,

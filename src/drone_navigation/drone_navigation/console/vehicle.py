@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from functools import partial
+from typing import Protocol
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -32,7 +33,6 @@ from drone_navigation.console import page_values, plans
 from drone_navigation.console.flight_parameters import FlightParameters
 from drone_navigation.console.payload.photos import Photos
 from drone_navigation.console.rehearsing.joint_rehearsal import RehearsedVehicle
-from drone_navigation.console.rehearsing.rehearsals import Rehearsals
 from drone_navigation.console.remarks import Remarks
 from drone_navigation.console.requests import ACTIONS, VehicleRequests
 from drone_navigation.console.shown_values import ShownValues
@@ -40,7 +40,7 @@ from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_core.safety.energy import ConsumptionEstimator
 
-__all__ = ["VehicleClient"]
+__all__ = ["ParameterNames", "VehicleClient"]
 
 # Topics that are shown as they come: type, topic, function that makes the page's value of it.
 _SHOWN: tuple[tuple[type[object], str, Callable[..., object], QoSProfile], ...] = (
@@ -56,6 +56,19 @@ _SILENT_S = 2.5
 _STILL_M_S = 0.5
 _EVENTS = 40
 _PLANS = 5
+
+
+class ParameterNames(Protocol):
+    """The names of parameters that decide a flight.
+
+    Attributes:
+        server_names: those of the server.
+    """
+
+    server_names: tuple[str, ...]
+
+    def vehicle_names(self, autopilot: str) -> tuple[str, ...]:
+        """Return those of a vehicle, by the name of its firmware and kind."""
 
 
 @dataclass(frozen=True)
@@ -265,7 +278,7 @@ class VehicleClient:
         if motion is not None:
             self._board.pass_through(self._name, motion["at"])
 
-    def known_for(self, rehearsals: Rehearsals) -> Knowledge:
+    def known_for(self, names: ParameterNames) -> Knowledge:
         """Return what decides how a goal goes, as far as it is known; asks for the rest."""
         known = {
             name: self._board.get(self._name, name)
@@ -275,8 +288,8 @@ class VehicleClient:
         if known["motion"] and self._moves is not None:
             known["motion"] = {**known["motion"], "velocity": page_values.velocity(self._moves)}
         autopilot = (known["status"] or {}).get("autopilot", "")
-        names = rehearsals.vehicle_names(autopilot)
-        self.parameters.look(rehearsals.server_names, names, self._now)
+        own = names.vehicle_names(autopilot)
+        self.parameters.look(names.server_names, own, self._now)
         known["battery"] = battery.get("percent")
         known["consumption"] = self._consumption.measured_rate_per_s
         parameters = self.parameters
