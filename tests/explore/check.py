@@ -43,7 +43,7 @@ class Checker:
         self.found: dict[str, Violation] = {}
         self._course = Course(scenario)
         self._policies = [policy.fresh() for policy in policies]
-        self._reading: dict[str, list[Policy]] = {}
+        self._reading: dict[tuple[str, type], list[Policy]] = {}
         self._place = 0
 
     @property
@@ -54,7 +54,7 @@ class Checker:
     def take(self, entry: Entry) -> None:
         """Read the next entry."""
         view = self._course.take(entry)
-        for policy in self._of(entry.kind):
+        for policy in self._of(entry.kind, type(entry.value)):
             what = policy.read(entry, view)
             if what and policy.name not in self.found:
                 self.found[policy.name] = Violation(
@@ -62,8 +62,9 @@ class Checker:
                 )
         self._place += 1
 
-    def _of(self, kind: str) -> list[Policy]:
-        if kind not in self._reading:
-            readers = [policy for policy in self._policies if policy.kind in ("", kind)]
-            self._reading[kind] = readers
-        return self._reading[kind]
+    def _of(self, kind: str, of: type) -> list[Policy]:
+        """Return the policies that look at entries of a kind whose value is of a class."""
+        if (kind, of) not in self._reading:
+            readers = [policy for policy in self._policies if policy.reads(kind, of)]
+            self._reading[kind, of] = readers
+        return self._reading[kind, of]

@@ -89,6 +89,13 @@ OUTSIDE = {
         "tests/unit/core/test_late_searches.py",
         "navigation_bridge.search_thread",
     ),
+    "what is passed on to the vehicle, and moves nothing": (
+        "tests/pair/test_rtcm.py",
+        "mavlink_vehicle.protocols.streams.computer_status",
+        "mavlink_vehicle.protocols.streams.external_position",
+        "mavlink_vehicle.protocols.streams.remote_id",
+        "mavlink_vehicle.protocols.streams.rtcm",
+    ),
     "positions of other programs": (
         "tests/pair/test_odom.py",
         "navigation_bridge.vehicle.odom_frame",

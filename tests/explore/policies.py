@@ -84,14 +84,14 @@ def _ended(code: OutcomeCode) -> Select:
     def pick(output: Any) -> Any:
         return output if isinstance(output, GoalFinished) and output.code is code else None
 
-    return Select("output", pick)
+    return Select("output", pick, (GoalFinished.__name__,))
 
 
 def _command(*numbers: int) -> Select:
     def pick(message: Message) -> Any:
         return message if message.get_type() in COMMANDS and message.command in numbers else None
 
-    return Select("sent", pick)
+    return Select("sent", pick, tuple(COMMANDS))
 
 
 def _active(what: str) -> Callable[[Entry, View], str | None]:

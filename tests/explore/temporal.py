@@ -22,10 +22,17 @@ class Select:
     Attributes:
         kind: of the entries.
         pick: returns what is looked at of an entry's value, or None.
+        names: of the classes of these values, or the types of messages; empty for all.
     """
 
     kind: str
     pick: Callable[[Any], Any]
+    names: tuple[str, ...] = ()
+
+    def may_pick(self, kind: str, of: type) -> bool:
+        """Whether it may select an entry of a kind whose value is of a class."""
+        names = {getattr(each, "msgname", each.__name__) for each in of.__mro__}
+        return kind == self.kind and (not self.names or not names.isdisjoint(self.names))
 
     def __call__(self, entry: Entry) -> Any:
         """Return what is looked at in an entry, or None."""
@@ -55,10 +62,9 @@ class Policy(ABC):
     form: str
     looked: int = field(default=0, init=False)
 
-    @property
-    def kind(self) -> str:
-        """The kind of entries that it reads; empty for all."""
-        return ""
+    def reads(self, kind: str, of: type) -> bool:
+        """Whether it looks at entries of a kind whose value is of a class."""
+        return True
 
     def fresh(self) -> Policy:
         """Return the same policy at the beginning of a log."""
@@ -76,10 +82,9 @@ class Steady(Policy):
     on: Select
     holds: Holds
 
-    @property
-    def kind(self) -> str:
+    def reads(self, kind: str, of: type) -> bool:
         """See Policy."""
-        return self.on.kind
+        return self.on.may_pick(kind, of)
 
     def read(self, entry: Entry, view: View) -> str:
         """See Policy."""
@@ -109,7 +114,7 @@ class Within(Policy):
     def read(self, entry: Entry, view: View) -> str:
         """See Policy."""
         now_s, wrong = entry.time_s, ""
-        for (craft, key), begun_s in list(self._due.items()):
+        for (craft, key), begun_s in list(self._due.items()) if self._due else ():
             if craft != entry.craft or now_s - begun_s <= self.seconds(view):
                 continue
             del self._due[craft, key]
@@ -171,12 +176,13 @@ def _named(function: Callable[..., Any]) -> tuple[str, str]:
 
 def output(*kinds: type) -> Select:
     """An output of the bridge."""
-    return Select("output", lambda value: value if isinstance(value, kinds) else None)
+    names = tuple(kind.__name__ for kind in kinds)
+    return Select("output", lambda value: value if isinstance(value, kinds) else None, names)
 
 
 def sent(*types: str) -> Select:
     """A message that the server sent; without names, any."""
-    return Select("sent", lambda m: m if not types or m.get_type() in types else None)
+    return Select("sent", lambda m: m if not types or m.get_type() in types else None, types)
 
 
 def of_kind(kind: str) -> Select:

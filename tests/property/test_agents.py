@@ -9,7 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drone_navigation.agents.acts import AgentAct, AgentGoto
+from drone_navigation.agents.acts import (
+    AgentAct,
+    AgentGoto,
+    AgentLanding,
+    AgentReturn,
+    AgentTakeoff,
+)
 from drone_navigation.agents.envelopes import ActEnvelope, FlightExtent, breaches
 from drone_navigation.agents.proposals import (
     AgentProposal,
@@ -199,3 +205,29 @@ def test_a_proposal_is_confirmed_once() -> None:
         with pytest.raises(ToolRejection, match="NOT_WAITING"):
             book.confirm(proposal.id, by, (0.0, 0.0, 5.0), True, 1.0)
     assert proposal.released_by == "a person"
+
+
+@pytest.mark.parametrize(
+    ("act", "extent", "state"),
+    [
+        (AgentGoto(1.0, 2.0, 3.0), None, ProposalState.REJECTED),
+        (AgentTakeoff(5.0), None, ProposalState.REJECTED),
+        (AgentLanding(), None, ProposalState.WAITING),
+        (AgentReturn(), None, ProposalState.WAITING),
+        (AgentGoto(1.0, 2.0, 3.0), FlightExtent(9, 2, 9, 1, 9, 50.0, None), ProposalState.WAITING),
+        (AgentGoto(1.0, 2.0, 3.0), FlightExtent(9, 2, 13, 1, 9, 50.0, 5), ProposalState.REJECTED),
+    ],
+)
+def test_nothing_leaves_the_envelope_of_an_agent_not_even_with_a_person(
+    act: AgentAct, extent: FlightExtent | None, state: ProposalState
+) -> None:
+    book, _ = book_with(Hands(random.Random(0)), envelope=ENVELOPE)
+    proposal = book.propose(act, 0.0)
+    start = (0.0, 0.0, 5.0)
+    code = "" if extent is None else "SUCCESS"
+    assert not book.judge(proposal, Judgement(code, "", extent, start, True))
+    assert proposal.state is state
+    if state is ProposalState.REJECTED:
+        assert proposal.code == "OUTSIDE_ENVELOPE"
+        with pytest.raises(ToolRejection, match="NOT_WAITING"):
+            book.confirm(proposal.id, "a person", start, True, 1.0)

@@ -17,7 +17,7 @@ from mcp import Client, StdioServerParameters
 
 from tests.support.agents import hostile_calls
 from tests.support.processes import Process
-from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, Flight
+from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, Flight, navigate_goal
 from tests.support.ros.terminal import Terminal
 
 pytestmark = pytest.mark.xdist_group("ros_agents")
@@ -43,6 +43,11 @@ class Stage:
         sha = hashlib.sha256(TOKEN.encode()).hexdigest()
         agent = {"token_sha256": sha, "calls_per_minute": 6000, **rules}
         self.rules.write_text(yaml.safe_dump({"agents": {"planner": agent}}), "utf-8")
+
+    def in_the_air(self) -> None:
+        """Have the copter hold at 4 m, wherever a test before has left it."""
+        if not self.flight.is_armed:
+            self.flight.wait_for_result(self.flight.send(navigate_goal(0.0, 0.0, 4.0)))
 
     def play(self, play: Play, *options: str) -> None:
         """Let an agent act until its end of the pipe is closed."""
@@ -109,6 +114,8 @@ async def until(client: Client, proposal: str, state: str) -> dict[str, Any]:
 
 
 def test_an_agent_proposes_a_person_confirms_and_the_vehicle_flies(stage: Stage) -> None:
+    stage.flight.ground()
+
     async def play(client: Client) -> None:
         named = {each.name: each.input_schema for each in (await client.list_tools()).tools}
         assert named["goto"]["properties"]["z_m"]["maximum"] == 500
@@ -116,6 +123,7 @@ def test_an_agent_proposes_a_person_confirms_and_the_vehicle_flies(stage: Stage)
 
         up = await call(client, "takeoff", height_m=4)
         assert up["arms_and_takes_off"]
+        assert up["rehearsal"]["height_max_m"] == pytest.approx(4, abs=1)
         assert up["state"] == "waiting for a person"
         assert not stage.flight.is_armed
         assert "ARMS the vehicle" in await stage.decide("confirm", up["id"], "no")
@@ -124,6 +132,8 @@ def test_an_agent_proposes_a_person_confirms_and_the_vehicle_flies(stage: Stage)
         assert "Done." in await stage.decide("confirm", up["id"], "yes")
         assert (await until(client, up["id"], "ended"))["code"] == "SUCCESS"
 
+        again = await call(client, "takeoff", height_m=4)
+        assert again["rejected"]["code"] == "ALREADY_FLYING"
         there = await call(client, "goto", x_m=6, y_m=0, z_m=4)
         assert not there["arms_and_takes_off"]
         flown = there["rehearsal"]
@@ -147,6 +157,8 @@ def test_an_agent_proposes_a_person_confirms_and_the_vehicle_flies(stage: Stage)
             assert rejected["accepted"]["properties"]["z_m"]["maximum"] == 500
         far = await call(client, "goto", x_m=9000, y_m=0, z_m=4)
         assert far["rejected"]["code"] == "OUTSIDE_VOLUME"
+        (volume,) = far["rejected"]["accepted"]["vehicle"]["flight_volume"]["areas"]
+        assert 10 < volume["radius"] < 9000
 
         dull = await call(client, "goto", x_m=0, y_m=0, z_m=4)
         assert "Done." in await stage.decide("reject", dull["id"])
@@ -159,6 +171,7 @@ def test_the_rules_let_an_agent_fly_within_its_envelope_and_hold_and_no_further(
     stage: Stage,
 ) -> None:
     stage.allow(allow={"goto": WIDE})
+    stage.in_the_air()
 
     async def play(client: Client) -> None:
         near = await call(client, "goto", x_m=50, y_m=0, z_m=4, speed_m_s=1)
@@ -177,6 +190,7 @@ def test_the_rules_let_an_agent_fly_within_its_envelope_and_hold_and_no_further(
 
 def test_an_agent_that_is_cut_off_leaves_a_holding_vehicle(stage: Stage) -> None:
     stage.allow(allow={"goto": WIDE})
+    stage.in_the_air()
     assert stage.flight.server is not None
     line = len(stage.flight.server.lines)
 

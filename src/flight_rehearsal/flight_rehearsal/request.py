@@ -34,7 +34,7 @@ __all__ = [
 ]
 
 STEP_KINDS = ("takeoff", "go", "route", "orbit", "wait", "return", "land")
-"""What a step of a plan may be"""
+"""The kinds of steps of a plan"""
 
 _PERCENT = 100.0
 

@@ -186,8 +186,10 @@ class ProposalBook:
         if judgement.code not in ("", "SUCCESS"):
             self._move(proposal, ProposalState.REJECTED, judgement.code, judgement.message)
             return False
-        limits = self._rules.envelope
+        limits, lowers = self._rules.envelope, proposal.act.kind in ("land", "return")
         beyond = breaches(extent, limits) if extent and limits else ()
+        if limits and not extent and not lowers:
+            beyond = (f"it is unknown. {judgement.message}",)
         if beyond:
             text = f"The flight would leave the agent's envelope: {', '.join(beyond)}."
             self._move(proposal, ProposalState.REJECTED, "OUTSIDE_ENVELOPE", text)
@@ -263,10 +265,10 @@ class ProposalBook:
             raise ToolRejection("UNKNOWN_PROPOSAL", "No proposal has that id.", {"ids": known})
         return self._proposals[proposal_id]
 
-    def limits(self) -> dict[str, object] | None:
+    def limits(self) -> dict[str, float] | None:
         """Return the envelope that no proposal may leave, for JSON; None without one."""
         limits = self._rules.envelope
-        return None if limits is None else {"envelope": limits.value()}
+        return None if limits is None else limits.value()
 
     def all(self, now: float) -> list[AgentProposal]:
         """Return all that are kept, the oldest first."""

@@ -101,6 +101,8 @@ _READ = {
     "state": "Mode, armed, battery, position in m in the map (east, north, up), and so on.",
     "obstacles": "Known and sensed obstacles, in m in the map: posts as x, y, radius, bottom, top; "
     "boxes as x, y, half length, half width, yaw (rad), bottom, top.",
+    "bounds": "Flight volume and fence, in m in the map, heights above home; and the envelope that "
+    "no proposal may leave.",
     "events": "The last goals of all clients: accepted, rejected and ended, with codes.",
 }
 _MOVES = {
@@ -169,7 +171,7 @@ class ToolCalls:
             _read(_NOTHING, arguments)
             if name == "proposals":
                 return {"proposals": [each.value() for each in self._book.all(now)]}
-            return {name: self._hands.read(name)}
+            return {name: self._bounds() if name == "bounds" else self._hands.read(name)}
         names = [tool.name for tool in tools()]
         raise ToolRejection("INVALID_ARGUMENTS", "There is no such tool.", {"tools": names})
 
@@ -183,9 +185,13 @@ class ToolCalls:
         if released:
             self._hands.fly(proposal)
         elif proposal.state is ProposalState.REJECTED:
-            raise ToolRejection(proposal.code, proposal.message, self._book.limits())
+            raise ToolRejection(proposal.code, proposal.message, self._bounds())
         waits = proposal.state is ProposalState.WAITING
         return {**proposal.value(), "next": _CONFIRM.format(proposal.id) if waits else ""}
+
+    def _bounds(self) -> Mapping[str, object]:
+        """Return what a flight must stay within, as far as it is known."""
+        return {"vehicle": self._hands.read("bounds"), "agent": self._book.limits()}
 
     async def _look(self, asked: _ProposalQuestion, now: float) -> Mapping[str, object]:
         proposal = self._book.get(asked.id, now)

@@ -31,6 +31,9 @@ from navigation_core.geometry import Vector3
 __all__ = ["VehicleHands"]
 
 _REHEARSAL_S = 30.0
+_POSITION_S = 5.0
+"""From the start of this process, topics take a moment"""
+_LOOK_S = 0.1
 _EVENTS = 20
 
 
@@ -75,7 +78,9 @@ class VehicleHands:
         return asyncio.get_running_loop().time()
 
     def read(self, name: str) -> object:
-        """Return the state of the vehicle, the obstacles or the last events, for JSON."""
+        """Return the state of the vehicle, obstacles, bounds or the last events, for JSON."""
+        if name == "bounds":
+            return {each: self._view.value(each) for each in ("flight_volume", "fence")}
         if name == "obstacles":
             return self._view.value("obstacles") or {}
         if name == "events":
@@ -97,17 +102,21 @@ class VehicleHands:
 
     async def rehearse(self, act: AgentAct) -> Judgement:
         """Rehearse an act, where the simulator can."""
-        waypoints = _waypoints(act)
-        if not waypoints or not isinstance(act, AgentGoto | AgentRoute | AgentOrbit):
-            text = "This act is not rehearsed."
-            return Judgement("", text, None, self.position_enu_m, self.is_flying)
+        start = await self._position_soon()
+        if isinstance(act, AgentLanding | AgentReturn):
+            return Judgement("", "It is not rehearsed.", None, start, self.is_flying)
+        if start is None:
+            return Judgement("NO_POSITION", "The vehicle's position is not known.")
+        if isinstance(act, AgentTakeoff) and self.is_flying:
+            return Judgement("ALREADY_FLYING", "The vehicle is in the air.")
+        waypoints = _waypoints(act, start)
         order = Rehearse(
             self._view.vehicle,
             tuple(PageWaypoint(w.position_enu_m, w.hold_s) for w in waypoints),
-            act.speed_m_s,
-            1 if isinstance(act, AgentGoto) else act.laps,
-            act.avoid_obstacles,
-            act.radius_m if isinstance(act, AgentOrbit) else 0.0,
+            getattr(act, "speed_m_s", 0.0),
+            getattr(act, "laps", 1),
+            getattr(act, "avoid_obstacles", False),
+            getattr(act, "radius_m", 0.0),
             next(self._numbers),
         )
         loop = asyncio.get_running_loop()
@@ -122,14 +131,21 @@ class VehicleHands:
                 loop.call_soon_threadsafe(put, message)
 
         self._view.rehearse(order, tell)
-        start = self.position_enu_m
         try:
             answer = await asyncio.wait_for(result, _REHEARSAL_S)
         except asyncio.TimeoutError:
             answer = {"error": f"it took longer than {_REHEARSAL_S:g} s."}
         return self._judge(answer, start)
 
-    def _judge(self, answer: JsonObject, start: Vector3 | None) -> Judgement:
+    async def _position_soon(self) -> Vector3 | None:
+        """Return where the vehicle is, as soon as it is known; None if it does not become so."""
+        loop = asyncio.get_running_loop()
+        until_s = loop.time() + _POSITION_S
+        while self.position_enu_m is None and loop.time() < until_s:
+            await asyncio.sleep(_LOOK_S)
+        return self.position_enu_m
+
+    def _judge(self, answer: JsonObject, start: Vector3) -> Judgement:
         if "error" in answer:
             text = f"It could not be rehearsed: {answer['error']}"
             return Judgement("", text, None, start, self.is_flying)
@@ -186,12 +202,20 @@ class VehicleHands:
         )
 
 
-def _waypoints(act: AgentAct) -> tuple[AgentWaypoint, ...]:
-    """Return the waypoints that a rehearsal flies; none for an act that it cannot."""
+def _waypoints(
+    act: AgentTakeoff | AgentGoto | AgentRoute | AgentOrbit, start: Vector3
+) -> tuple[AgentWaypoint, ...]:
+    """Return the waypoints that a rehearsal flies.
+
+    Args:
+        act: what is rehearsed.
+        start: where the vehicle is, m in the map; a take-off is a goal above it.
+    """
+    if isinstance(act, AgentTakeoff):
+        east, north, up = start
+        return (AgentWaypoint(east, north, up + act.height_m),)
     if isinstance(act, AgentRoute):
         return act.waypoints
     if isinstance(act, AgentGoto):
         return (AgentWaypoint(act.x_m, act.y_m, act.z_m),)
-    if isinstance(act, AgentOrbit):
-        return (AgentWaypoint(act.x_m, act.y_m, act.height_m),)
-    return ()
+    return (AgentWaypoint(act.x_m, act.y_m, act.height_m),)
