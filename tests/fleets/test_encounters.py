@@ -9,9 +9,10 @@ import pytest
 
 from mavlink_sitl import VehicleConfig
 from navigation_bridge.goals.goal import LogLine
-from navigation_bridge.goals.requests import NavigateRequest, VelocityRequest
+from navigation_bridge.goals.requests import NavigateRequest, TrajectoryRequest, VelocityRequest
 from navigation_bridge.tasks.velocity_commands import VelocityCommands
 from navigation_core.tasks.inputs.velocity_command import VelocityCommand, VelocityFrame
+from navigation_core.trajectories.timed_point import TimedPoint
 from tests.fleets.encounters import Intruder, adsb, apart, begin, hear, meet, random_encounter
 from tests.fleets.flown import FlownFleet, homes
 
@@ -88,6 +89,35 @@ def test_a_velocity_command_is_slowed_for_an_intruder_and_flown_again_behind_it(
     fleet.on_tick = watch
     fleet.run_for(30.0)
     # At its full speed it would be hit at 36 m after 12 s.
+    assert least_m >= 5.0
+    assert min(speeds_m_s[100:600]) < 1.0
+    assert speeds_m_s[-1] == pytest.approx(3.0, abs=0.3)
+
+
+def test_a_trajectory_is_slowed_for_an_intruder_and_flown_again_behind_it() -> None:
+    fleet = begin()
+    (craft,) = fleet.crafts
+    north, east, down = fleet.simulation.positions_ned_m[0].tolist()
+    points = tuple(
+        TimedPoint(t, (east + 3.0 * t, north, -down), (3.0, 0.0, 0.0)) for t in (0.0, 20.0, 40.0)
+    )
+    sent = fleet.send(craft, TrajectoryRequest("map", points))
+    assert isinstance(sent, str), sent
+    begun_s, least_m = fleet.now, math.inf
+    speeds_m_s: list[float] = []
+
+    def watch(now: float) -> None:
+        nonlocal least_m
+        time_s = now - begun_s
+        place = (36.0, 10.0 * (time_s - 12.0), 10.0)
+        north, east, _ = fleet.simulation.positions_ned_m[0].tolist()
+        least_m = min(least_m, math.hypot(place[0] - east, place[1] - north))
+        speeds_m_s.append(float(fleet.simulation.truth.velocity_ned_m_s[0][1]))
+        if round(now / 0.02) % 50 == 0:
+            hear(fleet, adsb(fleet, place, (0.0, 10.0, 0.0)))
+
+    fleet.on_tick = watch
+    fleet.run_for(30.0)
     assert least_m >= 5.0
     assert min(speeds_m_s[100:600]) < 1.0
     assert speeds_m_s[-1] == pytest.approx(3.0, abs=0.3)

@@ -23,7 +23,6 @@ from navigation_bridge.requests.feature import Delay, Feature, FeatureParts, Red
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
 from navigation_bridge.traffic import own_volumes
 from navigation_bridge.traffic.announcements import Announcements
-from navigation_bridge.traffic.commanded_speed import slowed
 from navigation_bridge.traffic.other_traffic import seen_by_adsb
 from navigation_bridge.traffic.own_view import OwnView
 from navigation_bridge.traffic.own_volumes import is_plane
@@ -36,6 +35,7 @@ from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.intents import Fly, Outcome, Perform
 from navigation_core.tasks.observation import TaskOperation, VehicleMode
 from navigation_core.tasks.progress import Progress, Status
+from navigation_core.tasks.traffic.commanded_speed import slowed
 from navigation_core.tasks.traffic.entries import Claimant, Rank, TrafficWait
 from navigation_core.tasks.traffic.path_in_traffic import BRAKE_SHARE
 from navigation_core.tasks.traffic.traffic_view import TrafficFrame, TrafficView

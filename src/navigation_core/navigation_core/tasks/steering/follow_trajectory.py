@@ -55,8 +55,6 @@ class FollowTrajectory(SteeredTask):
         self._replacements = 0
         self._path: tuple[Vector3, ...] = ()
         self._patience_s = flight.config.settle_timeout_s
-        avoidance = flight.avoidance
-        self._blocked_s = self._patience_s if avoidance is None else avoidance.blocked_timeout_s
 
     # --- the task protocol -----------------------------------------------------------
 
@@ -81,7 +79,7 @@ class FollowTrajectory(SteeredTask):
         """Return the status, and how the trajectory is flown."""
         leader, status = self._leader, self._status
         carrot, blocked = leader.carrot, ""
-        if status is Status.BLOCKED:
+        if status in (Status.BLOCKED, Status.WAITING_FOR_TRAFFIC):
             blocked = leader.room.reason
         flown = TrajectoryProgress(
             math.nan if carrot is None else leader.error_m,
@@ -167,7 +165,7 @@ class FollowTrajectory(SteeredTask):
             return None
         if not carrot.ended:
             self._since_s = now
-            self._status = Status.BLOCKED if leader.is_blocked else Status.NAVIGATING
+            self._status = self._moving_status()
             return self._stalled(carrot.stalled_s)
         if not timed.ends_at_rest:
             self._status = Status.HOLDING
@@ -175,17 +173,21 @@ class FollowTrajectory(SteeredTask):
         self._status = Status.SETTLING
         return self._arrival(timed, here, observation, now)
 
+    def _moving_status(self) -> Status:
+        if not self._leader.is_blocked:
+            return Status.NAVIGATING
+        waits = self._leader.room.code is OutcomeCode.TRAFFIC
+        return Status.WAITING_FOR_TRAFFIC if waits else Status.BLOCKED
+
     def _stalled(self, stalled_s: float) -> Outcome | None:
-        """Return the end of a trajectory on which the vehicle does not get on."""
+        """Return the end of a trajectory on which the vehicle makes no progress."""
         room = self._leader.room
-        if room.blocks and stalled_s > self._blocked_s:
-            code = OutcomeCode.NO_OBSTACLE_DATA if room.is_silent else OutcomeCode.NO_PATH
-            text = f"The vehicle has stood for {self._blocked_s:g} s. {room.reason}"
-            return Outcome(code, text, None)
-        if not room.blocks and stalled_s > self._patience_s:
-            text = f"The vehicle has not got on for {self._patience_s:g} s."
-            return Outcome(OutcomeCode.TIMEOUT, f"{text} {self._leader.limited_by}", None)
-        return None
+        patience_s = self._patience_s if room.patience_s is None else room.patience_s
+        if stalled_s <= patience_s:
+            return None
+        why = room.reason or self._leader.limited_by
+        text = f"The vehicle has made no progress for {patience_s:g} s. {why}"
+        return Outcome(room.code, text, None)
 
     def _arrival(
         self, timed: TimedTrajectory, here: Located, observation: Observation, now: float

@@ -12,20 +12,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from navigation_core.geometry import KinematicState, distance, norm
+from navigation_core.geometry import ZERO, KinematicState, distance, norm
 from navigation_core.limits import Limits, stopping_distance_m, stopping_speed_m_s
 from navigation_core.mapping.obstacles import Array
+from navigation_core.outcomes import OutcomeCode
 from navigation_core.planning.conflicts import MotionSamples, first_conflict
 from navigation_core.safety.braking import must_brake
 from navigation_core.safety.late_setpoints import LATE_S, speed_share
 from navigation_core.safety.speed_at_bounds import SpeedAtBounds
 from navigation_core.tasks.conditions import Located
-from navigation_core.tasks.intents import Fly
+from navigation_core.tasks.intents import Fly, Setpoint
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.run_out_limiter import RunOutLimiter
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.steering.tracking_trim import TrackingTrim
+from navigation_core.tasks.traffic.commanded_speed import free_share
+from navigation_core.tasks.traffic.path_in_traffic import BRAKE_SHARE
+from navigation_core.tasks.traffic.reserved_path import REACTION_S
+from navigation_core.tasks.traffic.traffic_view import TrafficView
 from navigation_core.trajectories.timed_trajectory import TimedTrajectory, join
 
 __all__ = ["Room", "TrajectoryLeader"]
@@ -42,6 +47,8 @@ _NOTICED = 0.05
 # Slower than this there is no course to face.
 _COURSE_M_S = 0.3
 _STANDS_RATE = 0.02
+# Shares of the speed that are tried for other vehicles.
+_SHARES = (1.0, 0.75, 0.5, 0.35, 0.2, 0.1, 0.0)
 
 
 @dataclass(frozen=True)
@@ -51,14 +58,16 @@ class Room:
     Attributes:
         share: of its planned speed.
         reason: why it is less than all, a sentence; empty if it is not.
-        blocks: whether the vehicle is stopped for an obstacle or a bound.
-        is_silent: whether the reason is a sensor that is not heard.
+        blocks: whether the vehicle is to stop for it.
+        code: how the goal ends if it stays so.
+        patience_s: for how long it may; None for as long as without progress.
     """
 
     share: float = 1.0
     reason: str = ""
     blocks: bool = False
-    is_silent: bool = False
+    code: OutcomeCode = OutcomeCode.TIMEOUT
+    patience_s: float | None = None
 
 
 class TrajectoryLeader:
@@ -83,6 +92,8 @@ class TrajectoryLeader:
         self._terms = terms
         self._limits = limits
         self._run_out_limiter = RunOutLimiter(terms.avoidance, terms.traits, limits, terms.bounds)
+        avoidance = terms.avoidance
+        self._blocked_s = None if avoidance is None else avoidance.blocked_timeout_s
         self._trim = TrackingTrim()
         self._samples: MotionSamples | None = None
         self._ahead_s = 0.0
@@ -180,6 +191,7 @@ class TrajectoryLeader:
             self._ahead(carrot, observation),
             self._braked(here, observation),
             self._if_server_ends(carrot, observation),
+            self._in_traffic(carrot, observation),
             key=lambda room: room.share,
         )
 
@@ -189,7 +201,8 @@ class TrajectoryLeader:
             return Room()
         age_s = observation.obstacles_age_s
         since = f"been silent for {age_s:.1f} s" if math.isfinite(age_s) else "not reported yet"
-        return Room(0.0, f"The obstacle sensor has {since}.", True, True)
+        reason, patience_s = f"The obstacle sensor has {since}.", avoidance.blocked_timeout_s
+        return Room(0.0, reason, True, OutcomeCode.NO_OBSTACLE_DATA, patience_s)
 
     def _braked(self, here: Located, observation: Observation) -> Room:
         avoidance = self._terms.avoidance
@@ -204,7 +217,9 @@ class TrajectoryLeader:
             avoidance.reaction_s,
         )
         reason = f"An obstacle is nearer than {clearance_m:g} m to where the vehicle would stop."
-        return Room(0.0, reason, True) if acts[0] else Room()
+        if not acts[0]:
+            return Room()
+        return Room(0.0, reason, True, OutcomeCode.NO_PATH, avoidance.blocked_timeout_s)
 
     def _if_server_ends(self, carrot: Carrot, observation: Observation) -> Room:
         share = self._run_out_limiter.speed_share(carrot, observation)
@@ -217,6 +232,39 @@ class TrajectoryLeader:
             share,
             "If setpoints ended now, the vehicle would come too near to an obstacle or a bound.",
         )
+
+    def _in_traffic(self, carrot: Carrot, observation: Observation) -> Room:
+        """Return how fast it may be flown for other vehicles, whose volumes it does not enter."""
+        view, state = TrafficView.of(observation), carrot.nominal
+        speed_m_s = norm(state.velocity_enu_m_s)
+        if view is None or speed_m_s < _COURSE_M_S or self._samples is None:
+            return Room()
+        braking_m_s2 = BRAKE_SHARE * self._limits.acceleration_horizontal_m_s2
+        setpoint = Setpoint(state.position_enu_m, state.velocity_enu_m_s, ZERO, carrot.yaw_enu_rad)
+        share, _ = free_share(
+            view,
+            setpoint,
+            self._terms.traits.setpoint_timeout_s,
+            braking_m_s2,
+            observation.time_s,
+        )
+        # And the path itself, which may turn towards another vehicle.
+        points = self._samples.ahead(carrot.time_s, state.position_enu_m)
+        steps_m = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        along_m = np.concatenate([[0.0], np.cumsum(steps_m)])
+        stop_m = stopping_distance_m(speed_m_s, REACTION_S, braking_m_s2) + _KEPT_M
+        points = points[: int(np.searchsorted(along_m, stop_m)) + 2]
+        line = view.volume(points)
+        for tried in _SHARES:
+            needed_m = stopping_distance_m(tried * speed_m_s, REACTION_S, braking_m_s2) + _KEPT_M
+            count = int(np.searchsorted(along_m, needed_m)) + 1
+            if view.reservations.blocked_by(view.name, line, count) is None:
+                break
+        share = min(share, tried)
+        if share >= 1.0:
+            return Room()
+        reason = "Another vehicle is, or may be, ahead."
+        return Room(share, reason, share == 0.0, OutcomeCode.TRAFFIC, view.timeout_s)
 
     def _ahead(self, carrot: Carrot, observation: Observation) -> Room:
         """Return how fast the trajectory may be flown for what is on it ahead."""
@@ -243,7 +291,8 @@ class TrajectoryLeader:
             share = 1.0 if free_m > 0.0 else 0.0
             if speed_m_s > 0.0:
                 share = min(allowed_m_s / speed_m_s, share)
-            rooms.append(Room(share, f"{reason}, {free_m:.1f} m ahead.", True))
+            text, code = f"{reason}, {free_m:.1f} m ahead.", OutcomeCode.NO_PATH
+            rooms.append(Room(share, text, True, code, self._blocked_s))
         return min(rooms, key=lambda room: room.share, default=Room())
 
     def _obstructed(self, points: Array, observation: Observation) -> tuple[int | None, str]:

@@ -1,4 +1,4 @@
-"""Slows a commanded velocity down so that its run-out keeps apart from other vehicles. No ROS."""
+"""Slows a commanded velocity down so that its run-out keeps apart from other vehicles."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.traffic.evasions import AFTER_S
 from navigation_core.tasks.traffic.reserved_path import REACTION_S
 from navigation_core.tasks.traffic.traffic_view import TrafficView
+from navigation_core.tasks.traffic.volumes import Volume
 
-__all__ = ["slowed"]
+__all__ = ["free_share", "slowed"]
 
 # Shares of a commanded velocity that are tried.
 _SHARES = (1.0, 0.75, 0.5, 0.35, 0.2, 0.1)
@@ -36,6 +37,26 @@ def slowed(
     """
     if norm(setpoint.velocity_enu_m_s) < _STANDS_M_S:
         return setpoint
+    share, volume = free_share(view, setpoint, timeout_s, braking_m_s2, now)
+    if volume is None:
+        slow_enu_m_s = scale(setpoint.velocity_enu_m_s, _STANDS_SHARE)
+        return replace(setpoint, velocity_enu_m_s=slow_enu_m_s, acceleration_enu_m_s2=ZERO)
+    view.reservations.stand(view.name, volume, now, moves=True)
+    return replace(setpoint, velocity_enu_m_s=scale(setpoint.velocity_enu_m_s, share))
+
+
+def free_share(
+    view: TrafficView, setpoint: Setpoint, timeout_s: float, braking_m_s2: float, now: float
+) -> tuple[float, Volume | None]:
+    """Return the greatest share of a speed whose run-out is free, and its volume; 0 and None.
+
+    Args:
+        view: the traffic.
+        setpoint: the command.
+        timeout_s: for how long the vehicle follows its last setpoint.
+        braking_m_s2: how hard it brakes then.
+        now: time in seconds.
+    """
     start = np.array(setpoint.position_enu_m)
     for share in _shares(view, setpoint, now):
         velocity = np.array(setpoint.velocity_enu_m_s) * share
@@ -46,11 +67,8 @@ def slowed(
         )
         volume = view.volume(line)
         if view.reservations.blocked_by(view.name, volume) is None:
-            view.reservations.stand(view.name, volume, now, moves=True)
-            x, y, z = velocity.tolist()
-            return replace(setpoint, velocity_enu_m_s=(x, y, z))
-    slow_enu_m_s = scale(setpoint.velocity_enu_m_s, _STANDS_SHARE)
-    return replace(setpoint, velocity_enu_m_s=slow_enu_m_s, acceleration_enu_m_s2=ZERO)
+            return share, volume
+    return 0.0, None
 
 
 def _shares(view: TrafficView, setpoint: Setpoint, now: float) -> tuple[float, ...]:
