@@ -103,15 +103,19 @@ def test_a_trajectory_is_slowed_for_an_intruder_and_flown_again_behind_it() -> N
     )
     sent = fleet.send(craft, TrajectoryRequest("map", points))
     assert isinstance(sent, str), sent
-    begun_s, least_m = fleet.now, math.inf
+    begun_s, least_m, lead_m = fleet.now, math.inf, 0.0
     speeds_m_s: list[float] = []
 
     def watch(now: float) -> None:
-        nonlocal least_m
+        nonlocal least_m, lead_m
         time_s = now - begun_s
         place = (36.0, 10.0 * (time_s - 12.0), 10.0)
         north, east, _ = fleet.simulation.positions_ned_m[0].tolist()
         least_m = min(least_m, math.hypot(place[0] - east, place[1] - north))
+        goal = craft.bridge.goals.active
+        commanded = None if goal is None else goal.task.commanded
+        if commanded is not None:
+            lead_m = max(lead_m, commanded.position_enu_m[0] - east)
         speeds_m_s.append(float(fleet.simulation.truth.velocity_ned_m_s[0][1]))
         if round(now / 0.02) % 50 == 0:
             hear(fleet, adsb(fleet, place, (0.0, 10.0, 0.0)))
@@ -119,6 +123,8 @@ def test_a_trajectory_is_slowed_for_an_intruder_and_flown_again_behind_it() -> N
     fleet.on_tick = watch
     fleet.run_for(30.0)
     assert least_m >= 5.0
+    # The setpoint waits with the vehicle.
+    assert lead_m < 1.5
     assert min(speeds_m_s[100:600]) < 1.0
     assert speeds_m_s[-1] == pytest.approx(3.0, abs=0.3)
 

@@ -20,13 +20,19 @@ from navigation_core.geometry import (
     KinematicState,
     distance,
     is_finite,
+    limit_norm,
     norm,
     scale,
     wrap_angle,
 )
 from navigation_core.limits import Limits
 from navigation_core.trajectories.motions import Array
-from navigation_core.trajectories.polynomials import between, spline_velocities, through
+from navigation_core.trajectories.polynomials import (
+    PolynomialPiece,
+    between,
+    spline_velocities,
+    through,
+)
 from navigation_core.trajectories.timed_point import TimedPoint
 from navigation_core.trajectories.trajectory import Trajectory, plan_stop
 
@@ -117,15 +123,16 @@ def plan_timed(points: Sequence[TimedPoint], limits: Limits, may_slow_down: bool
         return fault
     begin_s = points[0].time_s
     points = [replace(point, time_s=point.time_s - begin_s) for point in points]
-    times = _through(points, limits)
-    slower, text = _exceeded(points, times, limits)
+    piece = _through(points, limits)
+    slower, text = _exceeded(points, piece, limits)
     if not text:
-        return times
+        return _with_stop(points, piece)
     if not may_slow_down:
         return TrajectoryFault(f"{text} Plan it slower, or allow it with may_slow_down.")
     if not slower <= _SLOWER_MAX:
         return TrajectoryFault(f"{text} It would have to be {slower:.0f} times slower.")
-    slowed = _through([_slower(point, slower) for point in points], limits)
+    points = [_slower(point, slower) for point in points]
+    slowed = _with_stop(points, _through(points, limits))
     return replace(slowed, slower=slower, why_slower=text)
 
 
@@ -215,7 +222,7 @@ def _is_sound(point: TimedPoint) -> bool:
     return is_finite(point.position_enu_m) and all(abs(n) <= _NUMBER_MAX for n in numbers)
 
 
-def _through(points: Sequence[TimedPoint], limits: Limits) -> TimedTrajectory:
+def _through(points: Sequence[TimedPoint], limits: Limits) -> PolynomialPiece:
     """Return the motion through sound points whose times begin at 0."""
     times_s = np.array([point.time_s for point in points])
     positions = np.array([point.position_enu_m for point in points])
@@ -226,15 +233,23 @@ def _through(points: Sequence[TimedPoint], limits: Limits) -> TimedTrajectory:
         velocities = np.array([point.velocity_enu_m_s for point in points])
     if points[0].acceleration_enu_m_s2 is not None:
         accelerations = np.array([point.acceleration_enu_m_s2 for point in points])
-    piece = through(times_s, positions, velocities, accelerations, limits)
-    last = points[-1].position_enu_m
+    return through(times_s, positions, velocities, accelerations, limits)
+
+
+def _with_stop(points: Sequence[TimedPoint], piece: PolynomialPiece) -> TimedTrajectory:
+    """Return a motion within the limits with the brake at its end, if it does not end at rest."""
+    last, limits = points[-1].position_enu_m, piece.limits
     end = replace(piece.end, position_enu_m=last)
     motion = Trajectory(piece.sample(0.0), last, piece.duration_s, limits, (piece,))
     rests = norm(end.velocity_enu_m_s) <= _RESTS_M_S
     if not rests:
+        x, y, z = end.acceleration_enu_m_s2
+        east, north, _ = limit_norm((x, y, 0.0), limits.acceleration_horizontal_m_s2)
+        most = limits.acceleration_vertical_m_s2
+        end = replace(end, acceleration_enu_m_s2=(east, north, min(max(z, -most), most)))
         motion = motion.then(plan_stop(end, limits))
     yaws = tuple(point.yaw_enu_rad for point in points if point.yaw_enu_rad is not None)
-    return TimedTrajectory(motion, tuple(times_s.tolist()), yaws, rests)
+    return TimedTrajectory(motion, tuple(point.time_s for point in points), yaws, rests)
 
 
 def _slower(point: TimedPoint, slower: float) -> TimedPoint:
@@ -280,27 +295,27 @@ def _keeps(samples: tuple[Array, Array, Array], limits: Limits) -> bool:
 
 
 def _exceeded(
-    points: Sequence[TimedPoint], timed: TimedTrajectory, limits: Limits
+    points: Sequence[TimedPoint], piece: PolynomialPiece, limits: Limits
 ) -> tuple[float, str]:
     """Return how many times slower it must be, and the worst excess; 1 and no text for none."""
     slower, text = 1.0, ""
-    end_s = timed.times_s[-1]
+    end_s, point_times_s = piece.duration_s, [point.time_s for point in points]
     count = min(max(math.ceil(end_s / _SAMPLE_S), 2 * len(points)), _SAMPLES_MAX * len(points))
     times_s = np.linspace(0.0, end_s, count + 1)
-    measures = _measures(timed.trajectory.samples(times_s))
+    measures = _measures(piece.samples(times_s))
     for measure, (verb, bound, unit, power) in zip(measures, _bounds(limits), strict=True):
         row = int(np.argmax(measure))
         value = float(measure[row])
         factor = (value / bound) ** (1.0 / power) if value > 0.0 else 0.0
         if value > _ROUNDING * bound and factor > slower:
-            number = min(bisect_right(timed.times_s, float(times_s[row])), len(points) - 1)
+            number = min(bisect_right(point_times_s, float(times_s[row])), len(points) - 1)
             slower = factor
             text = (
                 f"It {verb} with {value:.2f} {unit} up to point {number}; the limit is {bound:g}."
             )
-    yaws = timed.yaws_enu_rad
+    yaws = [point.yaw_enu_rad for point in points if point.yaw_enu_rad is not None]
     for number, ((y_0, y_1), (t_0, t_1)) in enumerate(
-        zip(itertools.pairwise(yaws), itertools.pairwise(timed.times_s), strict=False), 1
+        zip(itertools.pairwise(yaws), itertools.pairwise(point_times_s), strict=False), 1
     ):
         rate = abs(wrap_angle(y_1 - y_0)) / (t_1 - t_0)
         factor = rate / limits.yaw_rate_rad_s
