@@ -175,6 +175,7 @@ class _Author:
             self.events += sources.drawn(self.seed, index, self.last_s)
             self._release(index)
             self._payload(index)
+            self._trajectories(index)
             if self.lying:
                 self._lies(index)
             if self.unsafe:
@@ -461,6 +462,17 @@ class _Author:
             firmware = rng.choice(RELEASES[held.autopilot])
             self.crafts[craft] = replace(held, firmware=firmware)
 
+    def _trajectories(self, craft: int) -> None:
+        """Trajectories of a planner for one copter in four, without a draw."""
+        rng = random.Random(f"trajectories {self.seed} {craft}")
+        if self.crafts[craft].kind != "copter" or rng.random() > 0.25:
+            return
+        begun_s = rng.uniform(0.0, 0.8) * self.last_s
+        self._add(begun_s, craft, "trajectory", points=_curve(rng))
+        for number in range(rng.choice((0, 1, 4))):
+            t = begun_s + 2.0 * (number + rng.random())
+            self._add(t, craft, "trajectory", points=_curve(rng), topic=True)
+
     def _payload(self, craft: int) -> None:
         """A camera, a gimbal or both for one vehicle in four, without a draw, and what uses them.
 
@@ -728,3 +740,21 @@ def _turning(places: list[list[float]]) -> dict[str, float]:
     if rng.random() > 1 / 6:
         return {}
     return {"yaw_rate": rng.choice((-1.0, -0.3, 0.2, 0.5, 1.2, rng.choice((math.nan, 60.0))))}
+
+
+def _curve(rng: random.Random) -> list[list[float]]:
+    """Return points of a trajectory from the vehicle on; one in five has a fault."""
+    speed_m_s, course = rng.choice((0.5, 1.5, 3.0, 12.0)), rng.uniform(-math.pi, math.pi)
+    bend, climb_m_s = rng.uniform(-0.3, 0.3), rng.uniform(-0.5, 0.5)
+    with_velocity, step_s = rng.random() < 0.7, rng.choice((0.2, 1.0, 3.0))
+    points, place = [], [0.0, 0.0, 0.0]
+    for number in range(rng.choice((2, 10, 40))):
+        heading = course + bend * number * step_s
+        velocity = [speed_m_s * math.cos(heading), speed_m_s * math.sin(heading), climb_m_s]
+        point = [number * step_s, *place, *(velocity if with_velocity else ())]
+        points.append([round(value, 3) for value in point])
+        place = [a + step_s * b for a, b in zip(place, velocity, strict=True)]
+    if rng.random() < 0.2:
+        row, column = rng.randrange(len(points)), rng.randrange(4)
+        points[row][column] = rng.choice((math.nan, math.inf, -1.0, 1e9, 50.0))
+    return points

@@ -26,12 +26,15 @@ from navigation_bridge.goals.requests import (
     PointMode,
     ReturnRequest,
     TakeoffRequest,
+    TrajectoryRequest,
     VelocityRequest,
     WaypointRequest,
     WaypointsRequest,
 )
 from navigation_bridge.requests.payload_requests import GimbalMode, PointGimbalRequest
+from navigation_bridge.requests.trajectory_commands import TrajectoryCommands
 from navigation_core.tasks.inputs.velocity_command import VelocityFrame
+from navigation_core.trajectories.timed_point import TimedPoint
 from tests.explore.aircraft import Aircraft
 from tests.explore.exploration import Ship
 from tests.explore.landing_mark import MARK, LandingMark
@@ -165,6 +168,29 @@ def steer(ship: Ship, linear: list[float], rate: float, seconds: float, frame: s
     stick = Stick(ship, VelocityFrame(frame), (x, y, z), float(rate), ship.now_s + seconds)
     ship.beside = stick.turn
     ship.ask(VelocityRequest())
+
+
+def trajectory(ship: Ship, points: list[list[float]], topic: bool = False) -> None:
+    """A FollowTrajectory goal, or a trajectory of its topic, from where the vehicle is.
+
+    The points are a time, metres east, north and up of the vehicle, and perhaps a velocity; the
+    numbers may be anything.
+    """
+    x, y, z = ship.truth().position_enu_m
+    planned = tuple(
+        TimedPoint(
+            float(time_s),
+            (x + float(east), y + float(north), z + float(up)),
+            None if not velocity else (float(velocity[0]), float(velocity[1]), float(velocity[2])),
+        )
+        for time_s, east, north, up, *velocity in points
+    )
+    request = TrajectoryRequest("map", planned)
+    if not topic:
+        ship.ask(request)
+    elif ship.server is not None:
+        ship.server.bridge.feature(TrajectoryCommands).replace(request, ship.now_s)
+        ship.server.collect()
 
 
 def takeoff(ship: Ship, height: float = 0.0) -> None:
@@ -525,6 +551,7 @@ ACTIONS: dict[str, Action] = {
             orbit,
             follow,
             steer,
+            trajectory,
             takeoff,
             land,
             go_home,

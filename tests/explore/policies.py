@@ -30,6 +30,7 @@ from navigation_bridge.goals.requests import (
     OrbitRequest,
     ReturnRequest,
     TakeoffRequest,
+    TrajectoryRequest,
     VelocityRequest,
     WaypointRequest,
     WaypointsRequest,
@@ -1435,7 +1436,7 @@ def mission_items_have_their_holds(item: Message, view: View, now_s: float) -> b
     return bool(item.param1 >= min(waypoint.hold_time_s for waypoint in request.waypoints))
 
 
-_STEERED = (FollowRequest, VelocityRequest)
+_STEERED = (FollowRequest, TrajectoryRequest, VelocityRequest)
 
 
 @always(sent(SETPOINTS[0]), SETPOINT)
