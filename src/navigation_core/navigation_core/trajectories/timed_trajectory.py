@@ -17,7 +17,6 @@ from typing import TypeAlias
 import numpy as np
 
 from navigation_core.geometry import (
-    ZERO,
     KinematicState,
     distance,
     is_finite,
@@ -27,7 +26,7 @@ from navigation_core.geometry import (
 )
 from navigation_core.limits import Limits
 from navigation_core.trajectories.motions import Array
-from navigation_core.trajectories.polynomials import between, spline_velocities
+from navigation_core.trajectories.polynomials import between, spline_velocities, through
 from navigation_core.trajectories.timed_point import TimedPoint
 from navigation_core.trajectories.trajectory import Trajectory, plan_stop
 
@@ -35,7 +34,7 @@ __all__ = ["TimedTrajectory", "TrajectoryFault", "join", "plan_timed"]
 
 POINTS_MAX = 2000
 """More points are a mistake, or too many for one setpoint period."""
-DURATION_MAX_S = 3600.0
+DURATION_MAX_S = 600.0
 """Longest duration."""
 _STEP_MIN_S = 1e-3
 # To catch typing errors, before anything is calculated.
@@ -218,40 +217,24 @@ def _is_sound(point: TimedPoint) -> bool:
 
 def _through(points: Sequence[TimedPoint], limits: Limits) -> TimedTrajectory:
     """Return the motion through sound points whose times begin at 0."""
-    times_s = tuple(point.time_s for point in points)
-    states = _states(points, times_s)
-    quintic = points[0].acceleration_enu_m_s2 is not None
-    pieces = tuple(
-        between(one, other, t_1 - t_0, limits, quintic)
-        for (one, other), (t_0, t_1) in zip(
-            itertools.pairwise(states), itertools.pairwise(times_s), strict=True
-        )
-    )
-    last = pieces[-1].end
-    end = KinematicState(
-        points[-1].position_enu_m, last.velocity_enu_m_s, last.acceleration_enu_m_s2
-    )
-    motion = Trajectory(pieces[0].sample(0.0), end.position_enu_m, times_s[-1], limits, pieces)
+    times_s = np.array([point.time_s for point in points])
+    positions = np.array([point.position_enu_m for point in points])
+    accelerations = None
+    if points[0].velocity_enu_m_s is None:
+        velocities = spline_velocities(times_s, positions)
+    else:
+        velocities = np.array([point.velocity_enu_m_s for point in points])
+    if points[0].acceleration_enu_m_s2 is not None:
+        accelerations = np.array([point.acceleration_enu_m_s2 for point in points])
+    piece = through(times_s, positions, velocities, accelerations, limits)
+    last = points[-1].position_enu_m
+    end = replace(piece.end, position_enu_m=last)
+    motion = Trajectory(piece.sample(0.0), last, piece.duration_s, limits, (piece,))
     rests = norm(end.velocity_enu_m_s) <= _RESTS_M_S
     if not rests:
         motion = motion.then(plan_stop(end, limits))
     yaws = tuple(point.yaw_enu_rad for point in points if point.yaw_enu_rad is not None)
-    return TimedTrajectory(motion, times_s, yaws, rests)
-
-
-def _states(points: Sequence[TimedPoint], times_s: Sequence[float]) -> list[KinematicState]:
-    places = [point.position_enu_m for point in points]
-    if points[0].velocity_enu_m_s is None:
-        velocities = [(x, y, z) for x, y, z in spline_velocities(times_s, places).tolist()]
-        return [KinematicState(p, v) for p, v in zip(places, velocities, strict=True)]
-    return [
-        KinematicState(
-            point.position_enu_m,
-            point.velocity_enu_m_s or ZERO,
-            point.acceleration_enu_m_s2 or ZERO,
-        )
-        for point in points
-    ]
+    return TimedTrajectory(motion, tuple(times_s.tolist()), yaws, rests)
 
 
 def _slower(point: TimedPoint, slower: float) -> TimedPoint:
