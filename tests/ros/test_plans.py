@@ -160,3 +160,51 @@ def test_a_pilot_ends_a_plan_and_nothing_more_is_sent(plans: Plans) -> None:
     assert result.error_code == GoalCode.PILOT_OVERRIDE, result.message
     assert result.failed_step == 2
     plans.flight.wait(lambda: not plans.flight.is_armed, 60.0, "the pilot's landing")
+
+
+LEGS = """
+return_below: 0.5
+on_resume: next
+steps:
+- takeoff: {height: 4}
+- wait: {seconds: 60}
+- goto: {position: [3, 0, 4]}
+- land: {}
+"""
+
+
+def test_below_its_charge_a_plan_returns_and_is_continued_with_another_battery(
+    tmp_path: Path,
+) -> None:
+    """A PX4's simulator empties the battery in the air, and fills it on the ground."""
+    parameters = {"SIM_BAT_DRAIN": 40, "SIM_BAT_MIN_PCT": 35, "RTL_RETURN_ALT": 5,
+                  "COM_LOW_BAT_ACT": 0}  # fmt: skip
+    options = [text for k, v in parameters.items() for text in ("--param", f"{k}={v}")]
+    flight = Flight(
+        tmp_path, "--ros-args", "-p", "battery_policy:=warn", "--",
+        simulator=("--autopilot", "px4", *options),
+    )  # fmt: skip
+    plans = Plans(flight, tmp_path)
+    try:
+        result = plans.result(plans.send(LEGS))
+        assert (result.error_code, result.steps_done) == (GoalCode.LOW_BATTERY, 1), result.message
+        assert not flight.is_armed
+        flight.spin_for(8.0)
+        again = plans.send(LEGS, resume=True)
+        result = plans.result(again)
+        assert (result.success, result.steps_done) == (True, 4), result.message
+        assert [f.kind for f in again.feedback if f.step][-1] == "land"
+    finally:
+        plans.close()
+        flight.close()
+
+
+def test_a_plan_ends_when_its_server_is_killed(plans: Plans) -> None:
+    plans.flight.ground()
+    record = plans.send(SQUARE)
+    plans.wait_for_step(record, 2)
+    assert plans.flight.server is not None
+    plans.flight.server.signal(signal.SIGKILL)
+    result = plans.result(record)
+    assert result.error_code == GoalCode.NO_VEHICLE, result.message
+    assert "silent" in result.message

@@ -77,10 +77,10 @@ def test_a_leaf_that_is_left_cancels_its_goal(flight: Flight) -> None:
 def test_the_tree_of_the_documentation_inspects_four_towers_with_two_batteries(
     tmp_path: Path,
 ) -> None:
-    """The battery is empty after 70 s in the air, and a PX4's simulator fills it on the ground."""
+    """The battery is empty after 120 s in the air, and a PX4's simulator fills it on the ground."""
     text = PAGE.read_text("utf-8")
     program = next(b for b in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "TOWERS" in b)
-    drain = ("--param", "SIM_BAT_DRAIN=70", "--param", "SIM_BAT_MIN_PCT=20")
+    drain = ("--param", "SIM_BAT_DRAIN=120", "--param", "SIM_BAT_MIN_PCT=20")
     low = ("--param", "COM_LOW_BAT_ACT=0", "--param", "RTL_RETURN_ALT=10")
     flight = Flight(
         tmp_path, "--ros-args", "-p", "battery_policy:=warn", "--",

@@ -225,6 +225,9 @@ SETTABLE_CLOCKS = {
     "src/drone_navigation/drone_navigation/server/subscribing/target_topic.py": {
         "get_clock": "how old a sample of a target is; an impossible age is rejected with a reason"
     },
+    "src/drone_navigation/drone_navigation/server/subscribing/trajectory_messages.py": {
+        "get_clock": "when the times of a trajectory count from; a late one is rejected"
+    },
     "src/drone_navigation/drone_navigation/server/traffic/remote_id_timer.py": {
         "Clock": "the UTC time in Remote ID, which nothing acts on"
     },

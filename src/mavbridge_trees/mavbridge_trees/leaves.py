@@ -159,7 +159,9 @@ class GoalLeaf(Behaviour):
             late = time.monotonic() - self._since_s > _REASON_S
             return self._end("REJECTED", "The goal was rejected.") if late else Status.RUNNING
         if not self._result.done():
-            return Status.RUNNING
+            # An active goal has feedback at least once a second.
+            text = f"The server has been silent for {SERVER_TIMEOUT_S:g} s; it may have ended."
+            return self._wait(f"{text} What became of the goal is unknown.")
         result = self._result.result().result
         return self._end(result.message.partition(":")[0], result.message, bool(result.success))
 
@@ -170,7 +172,7 @@ class GoalLeaf(Behaviour):
             self.code = "CANCELED"
 
     def _hear(self, message: Any) -> None:
-        self.feedback = message.feedback
+        self.feedback, self._since_s = message.feedback, time.monotonic()
 
     def _wait(self, without: str) -> Status:
         """HoldFor for the server; end with a sentence when that takes too long."""

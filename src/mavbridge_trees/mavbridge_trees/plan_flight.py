@@ -249,7 +249,8 @@ class PlanFlight:
         if leaf is None:
             return
         leaf.tick_once()
-        if self._is_low() and self._plan.steps[self._at].kind not in ("return", "land"):
+        goes_down = self._plan.steps[self._at].kind in ("return", "land")
+        if leaf.status is Status.RUNNING and self._is_low() and not goes_down:
             text = f"Below {self._plan.return_below:.0%} of the battery, the vehicle returns."
             self._store(self._at + (self._plan.on_resume == "next"))
             leaf.stop(Status.INVALID)

@@ -65,8 +65,7 @@ class Engine:
     def __init__(self, parts: Parts, config: BridgeConfig) -> None:
         """Begin without a goal."""
         self._parts = parts
-        self._report = parts.report
-        self._effects = parts.effects
+        self._report, self._effects = parts.report, parts.effects
         self._features = parts.features
         self.config = config
         self.goal: ActiveGoal | None = None
@@ -100,6 +99,7 @@ class Engine:
             mode_unclear=taken and overtaken.is_open,
             command=self._features.command if goal.follows_commands else None,
             followed=None if goal.followed is None else self._features.followed,
+            trajectory=self._features.trajectory,
             traffic=traffic,
         )
 

@@ -9,6 +9,7 @@ from navigation_bridge.requests.gps_corrections import GpsCorrections
 from navigation_bridge.requests.landing_targets import LandingTargets
 from navigation_bridge.requests.log_requests import LogRequests
 from navigation_bridge.requests.payload_requests import PayloadRequests
+from navigation_bridge.requests.trajectory_commands import TrajectoryCommands
 from navigation_bridge.storage.storage_requests import StorageRequests
 from navigation_bridge.tasks.followed_target import FollowedTarget
 from navigation_bridge.tasks.velocity_commands import VelocityCommands
@@ -24,6 +25,7 @@ FEATURES: tuple[type[Feature], ...] = (
     LogRequests,
     PayloadRequests,
     VelocityCommands,
+    TrajectoryCommands,
     FollowedTarget,
     LandingTargets,
     VehicleSeparation,

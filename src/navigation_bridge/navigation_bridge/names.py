@@ -11,6 +11,7 @@ RETURN_ACTION_NAME = "return_to_launch"
 # Not among those below: they are steered while they run, and cannot be written down as goals.
 VELOCITY_ACTION_NAME = "follow_velocity"
 FOLLOW_ACTION_NAME = "follow_target"
+TRAJECTORY_ACTION_NAME = "follow_trajectory"
 ACTION_NAMES = (
     ACTION_NAME,
     WAYPOINTS_ACTION_NAME,

@@ -150,6 +150,7 @@ class Reporter:
                 route=progress.route,
                 orbit=progress.orbit,
                 follow=progress.follow,
+                trajectory=progress.trajectory,
                 replans=progress.replans,
                 late_s=snapshot.late_s,
                 velocity_enu_m_s=snapshot.velocity_enu_m_s,

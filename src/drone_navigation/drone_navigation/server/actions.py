@@ -31,6 +31,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 
 from custom_interfaces.action import (
     Follow,
+    FollowTrajectory,
     FollowVelocity,
     Land,
     Navigate,
@@ -44,6 +45,10 @@ from drone_navigation.qos import RESULT_TIMEOUT_S
 from drone_navigation.server import conversions as convert
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.subscribing.target_topic import topic_types
+from drone_navigation.server.subscribing.trajectory_messages import (
+    placed_in_time,
+    request_from_trajectory,
+)
 from mavlink_vehicle.errors import DriverError
 from navigation_bridge.goals.goal import CancelWanted, GoalFeedback, GoalFinished
 from navigation_bridge.goals.lifecycle import GoalState
@@ -55,6 +60,7 @@ from navigation_bridge.goals.requests import (
     Request,
     ReturnRequest,
     TakeoffRequest,
+    TrajectoryRequest,
     VelocityRequest,
     WaypointsRequest,
 )
@@ -72,12 +78,12 @@ _CANCEL_STATE_TIMEOUT_S = 2.0
 
 ActionType: TypeAlias = (
     type[Navigate | NavigateWaypoints | Orbit | Takeoff]
-    | type[Follow | Land | ReturnToLaunch | FollowVelocity]
+    | type[Follow | Land | ReturnToLaunch | FollowVelocity | FollowTrajectory]
 )
 RequestType: TypeAlias = type[Any]
 GoalMessage: TypeAlias = (
     Navigate.Goal | NavigateWaypoints.Goal | Orbit.Goal | Takeoff.Goal
-    | Follow.Goal | Land.Goal | ReturnToLaunch.Goal | FollowVelocity.Goal
+    | Follow.Goal | Land.Goal | ReturnToLaunch.Goal | FollowVelocity.Goal | FollowTrajectory.Goal
 )  # fmt: skip
 
 
@@ -149,6 +155,12 @@ _INTERFACES: dict[type[Request], _Interface] = {
     ),
     VelocityRequest: _Interface(
         FollowVelocity, convert.request_from_velocity, convert.velocity_feedback, convert.result_of
+    ),
+    TrajectoryRequest: _Interface(
+        FollowTrajectory,
+        request_from_trajectory,
+        convert.trajectory_feedback,
+        convert.flown_result,
     ),
 }
 
@@ -334,6 +346,8 @@ class GoalServers:
             return replace(request, topic_types=types)
         if isinstance(request, LandRequest):
             return replace(request, topic_types=topic_types(self._access, request.target_topic))
+        if isinstance(request, TrajectoryRequest):
+            return placed_in_time(request, goal.trajectory, self._access)
         if isinstance(request, NavigateRequest | OrbitRequest):
             return replace(request, frame_id=self._frames.plain(request.frame_id))
         return request

@@ -44,7 +44,7 @@ from navigation_bridge.goals.requests import (
 from navigation_bridge.names import FRAME_MAP
 from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.progress import FollowState
+from navigation_core.tasks.progress import FollowState, TrajectoryProgress
 
 M = TypeVar("M")
 # Of a message, by name.
@@ -250,6 +250,20 @@ def velocity_feedback(feedback: GoalFeedback) -> Fields:
         ground_speed=math.hypot(east, north),
         climb_rate=up,
         limited_by=feedback.limited_by,
+    )
+
+
+def trajectory_feedback(feedback: GoalFeedback) -> Fields:
+    """Return the fields of the feedback of a goal that flies trajectories."""
+    flown = feedback.trajectory or TrajectoryProgress(time_scale=0.0)
+    return dict(
+        **_feedback_to_end(feedback),
+        error=flown.error_m,
+        time_scale=flown.time_scale,
+        limited_by=flown.limited_by,
+        replacements=flown.replacements,
+        height=_or_nan(feedback.height_m),
+        setpoint_delay=feedback.late_s,
     )
 
 

@@ -18,6 +18,7 @@ from drone_navigation.server.subscribing.external_odometry import ExternalOdomet
 from drone_navigation.server.subscribing.origin_topic import OriginTopic
 from drone_navigation.server.subscribing.sensor_topics import SensorTopics
 from drone_navigation.server.subscribing.target_topic import TargetTopic
+from drone_navigation.server.subscribing.trajectory_topic import TrajectoryTopic
 from drone_navigation.server.subscribing.velocity_topic import VelocityTopic
 from drone_navigation.server.surveys.survey_server import SurveyServer
 from drone_navigation.server.traffic.remote_id_timer import RemoteIdTimer
@@ -41,6 +42,7 @@ FEATURE_SERVERS: tuple[Callable[[BridgeAccess], object], ...] = (
     SurveyServer,
     TargetTopic,
     VelocityTopic,
+    TrajectoryTopic,
     ComputerStatusTimer,
     RemoteIdTimer,
 )

@@ -243,6 +243,26 @@ class CommandConfig:
 
 
 @dataclass(frozen=True)
+class TrajectoryConfig:
+    """Settings of trajectories of other programs."""
+
+    start_distance_m: float = parameter(
+        "trajectory_start_distance_m",
+        1.0,
+        "Greatest distance between the vehicle and the beginning of a "
+        "[trajectory](programs.md#trajectories-of-other-planners) of another program.",
+        (0.1, 20.0),
+    )
+    may_slow_down: bool = parameter(
+        "trajectory_too_fast",
+        "reject",
+        "Handling of a trajectory that exceeds the limits of speed, acceleration or turn rate: "
+        "`reject` it, or `slow_down` the whole of it.",
+        words={"reject": False, "slow_down": True},
+    )
+
+
+@dataclass(frozen=True)
 class TrafficConfig:
     """Settings of the separation from other vehicles."""
 
@@ -498,4 +518,5 @@ class BridgeConfig:
     safety: SafetyConfig = group(SafetyConfig)
     obstacles: ObstacleConfig = group(ObstacleConfig)
     commands: CommandConfig = group(CommandConfig)
+    trajectories: TrajectoryConfig = group(TrajectoryConfig)
     traffic: TrafficConfig = group(TrafficConfig)

@@ -12,7 +12,13 @@ from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.progress import FollowProgress, OrbitProgress, RouteProgress, Status
+from navigation_core.tasks.progress import (
+    FollowProgress,
+    OrbitProgress,
+    RouteProgress,
+    Status,
+    TrajectoryProgress,
+)
 
 
 class LogLevel(Enum):
@@ -43,6 +49,7 @@ class GoalFeedback:
         velocity_enu_m_s: velocity over ground, in the map frame; None while unknown.
         limited_by: why it does less than it is commanded to; empty if it does not.
         action: name of the goal's action; ids are unique within one action only.
+        trajectory: how a trajectory is flown, for a goal that has one.
     """
 
     goal_id: str
@@ -60,6 +67,7 @@ class GoalFeedback:
     velocity_enu_m_s: Vector3 | None = None
     limited_by: str = ""
     action: str = ""
+    trajectory: TrajectoryProgress | None = None
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from enum import Enum
 from typing import TypeAlias
 
 from navigation_core.geometry import Vector3
+from navigation_core.trajectories.timed_point import TimedPoint
 
 # Upper limit, to catch typing errors.
 LAPS_MAX = 1000
@@ -287,6 +288,24 @@ class VelocityRequest:
     max_speed_m_s: float = 0.0
 
 
+@dataclass(frozen=True)
+class TrajectoryRequest:
+    """A goal of ``custom_interfaces/action/FollowTrajectory``, or a message of its topic.
+
+    Attributes:
+        frame_id: frame of the points: "map", "" (which means map) or "base_link".
+        points: its points in that frame; none for those of the topic only.
+        begins_s: moment from which its time counts, in seconds of the bridge's clock; None for at
+            once.
+        fault: why the message is none, a sentence; empty if it is one.
+    """
+
+    frame_id: str = ""
+    points: tuple[TimedPoint, ...] = ()
+    begins_s: float | None = None
+    fault: str = ""
+
+
 Request: TypeAlias = (
     NavigateRequest
     | FollowRequest
@@ -296,4 +315,5 @@ Request: TypeAlias = (
     | LandRequest
     | ReturnRequest
     | VelocityRequest
+    | TrajectoryRequest
 )

@@ -23,6 +23,7 @@ from navigation_core.tasks.inputs.velocity_command import VelocityCommand
 from navigation_core.tasks.intents import Fly, Outcome, Perform
 from navigation_core.tasks.observation import OtherVehicles
 from navigation_core.tasks.progress import Progress
+from navigation_core.trajectories.timed_trajectory import TimedTrajectory
 
 __all__ = ["Delay", "Feature", "FeatureParts", "Features", "Redirection"]
 
@@ -164,6 +165,11 @@ class Feature:
         return None
 
     @property
+    def trajectory(self) -> TimedTrajectory | None:
+        """The last trajectory of a client, for a goal that flies them."""
+        return None
+
+    @property
     def is_writing(self) -> bool:
         """Whether the autopilot would keep half of something if the server ended now."""
         return False
@@ -301,6 +307,12 @@ class Features(Feature):
         """The target of the one that has one."""
         targets = (feature.followed for feature in self._features)
         return next((target for target in targets if target is not None), None)
+
+    @property
+    def trajectory(self) -> TimedTrajectory | None:
+        """The trajectory of the one that has one."""
+        found = (feature.trajectory for feature in self._features)
+        return next((trajectory for trajectory in found if trajectory is not None), None)
 
     @property
     def is_writing(self) -> bool:

@@ -38,6 +38,7 @@ from navigation_core.tasks.observation import (
     OtherVehicles,
     VehicleMode,
 )
+from navigation_core.trajectories.timed_trajectory import TimedTrajectory
 
 __all__ = ["LatenessWatch", "Observer", "judged", "position_fault"]
 
@@ -111,6 +112,7 @@ class Observer:
         mode_unclear: bool = False,
         command: VelocityCommand | None = None,
         followed: TrackedTarget | None = None,
+        trajectory: TimedTrajectory | None = None,
         traffic: OtherVehicles | None = None,
     ) -> Snapshot:
         """Return all that is known now.
@@ -127,6 +129,7 @@ class Observer:
             mode_unclear: whether a request may still overtake the mode that somebody chose.
             command: the velocity command that the goal follows.
             followed: the target that the goal follows.
+            trajectory: the last trajectory of a client that the goal flies.
             traffic: the other vehicles.
         """
         vehicle, obstacles = self._vehicle, self._obstacles
@@ -176,6 +179,7 @@ class Observer:
             fence=standing.fence,
             command=command,
             followed=followed,
+            trajectory=trajectory,
             traffic=traffic,
             state=state,
             found=profile is not None,

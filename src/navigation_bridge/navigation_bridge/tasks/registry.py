@@ -7,6 +7,7 @@ from typing import Any
 
 from navigation_bridge.goals.requests import Request
 from navigation_bridge.tasks.follow_target import FOLLOW_TARGET
+from navigation_bridge.tasks.follow_trajectory import FOLLOW_TRAJECTORY
 from navigation_bridge.tasks.follow_velocity import FOLLOW_VELOCITY
 from navigation_bridge.tasks.land_and_return import LAND, RETURN_TO_LAUNCH
 from navigation_bridge.tasks.navigate import NAVIGATE, TAKEOFF
@@ -23,6 +24,7 @@ TASKS: tuple[TaskKind[Any], ...] = (
     RETURN_TO_LAUNCH,
     FOLLOW_TARGET,
     FOLLOW_VELOCITY,
+    FOLLOW_TRAJECTORY,
 )
 
 

@@ -18,7 +18,7 @@ from navigation_bridge.configuration.settings import BridgeConfig
 from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.requests import Request
-from navigation_bridge.names import RETURN_ACTION_NAME
+from navigation_bridge.names import RETURN_ACTION_NAME, TRAJECTORY_ACTION_NAME
 from navigation_bridge.requests.feature import Delay, Feature, FeatureParts, Redirection
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
 from navigation_bridge.traffic import own_volumes
@@ -215,7 +215,8 @@ class VehicleSeparation(Feature):
         """Return a setpoint as fast as a run-out from it is free, for who follows commands."""
         view = TrafficView.of(snapshot)
         self._gate = None
-        if view is None or not (goal.follows_commands or goal.followed):
+        steered = goal.follows_commands or goal.followed or goal.kind == TRAJECTORY_ACTION_NAME
+        if view is None or not steered:
             return intent
         self._rank(goal, snapshot)
         setpoint = slowed(view, intent.setpoint, *_run_out(snapshot), snapshot.time_s)

@@ -13,6 +13,7 @@ from navigation_core.safety.fences import Fence
 from navigation_core.tasks.inputs.tracked_target import TrackedTarget
 from navigation_core.tasks.inputs.velocity_command import VelocityCommand
 from navigation_core.tasks.inputs.waypoint_acts import ActReport
+from navigation_core.trajectories.timed_trajectory import TimedTrajectory
 
 
 class TaskOperation(Enum):
@@ -131,6 +132,7 @@ class Observation:
         fence: the vehicle's own fence, or None while it is not known.
         command: the last velocity command, for a task that follows them; None without one.
         followed: the target of a goal that follows one; None without one.
+        trajectory: the last trajectory of a client, for a task that flies them; None without one.
         traffic: the other vehicles; None where nobody keeps apart from them.
         act: the end of the act that the task has ordered last, or None.
     """
@@ -160,6 +162,7 @@ class Observation:
     fence: Fence | None = None
     command: VelocityCommand | None = None
     followed: TrackedTarget | None = None
+    trajectory: TimedTrajectory | None = None
     traffic: OtherVehicles | None = None
     act: ActReport | None = None
 

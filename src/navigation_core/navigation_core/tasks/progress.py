@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -96,6 +97,23 @@ class FollowProgress:
 
 
 @dataclass(frozen=True)
+class TrajectoryProgress:
+    """Progress along a trajectory of another program.
+
+    Attributes:
+        error_m: distance between the vehicle and where the trajectory is now; NaN without one.
+        time_scale: share of the planned speed at which it is flown.
+        limited_by: why it is or was last flown slower; empty if it never was.
+        replacements: number of trajectories that have replaced the first.
+    """
+
+    error_m: float = math.nan
+    time_scale: float = 1.0
+    limited_by: str = ""
+    replacements: int = 0
+
+
+@dataclass(frozen=True)
 class Progress:
     """Progress of a task. Both numbers are always finite and not negative.
 
@@ -108,6 +126,7 @@ class Progress:
         blocked: why obstacles leave no path, or for whom it waits; empty otherwise.
         orbit: how far the circle is flown, for a task that has one.
         follow: how the target is followed, for a task that has one.
+        trajectory: how a trajectory is flown, for a task that has one.
     """
 
     status: Status
@@ -118,3 +137,4 @@ class Progress:
     blocked: str = ""
     orbit: OrbitProgress | None = None
     follow: FollowProgress | None = None
+    trajectory: TrajectoryProgress | None = None

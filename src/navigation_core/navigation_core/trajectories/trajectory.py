@@ -49,6 +49,7 @@ from navigation_core.trajectories.motions import (
     relaxed_velocity,
 )
 from navigation_core.trajectories.overlaps import Piece
+from navigation_core.trajectories.polynomials import LaterPart
 from navigation_core.trajectories.profiles import TrajectoryError
 
 __all__ = ["Limits", "LimitsError", "Trajectory", "TrajectoryError", "plan_stop", "plan_to"]
@@ -138,6 +139,23 @@ class Trajectory:
             following.limits,
             self._pieces + following._pieces,
         )
+
+    def after(self, t_s: float, lead_in: Piece | None = None) -> Trajectory:
+        """Return what is left of it at a time, with another motion before that.
+
+        Args:
+            t_s: the time, clamped as in :meth:`sample`.
+            lead_in: a motion that ends in the state at that time; None for none.
+        """
+        left: list[Piece] = [] if lead_in is None else [lead_in]
+        since_s = max(t_s, 0.0)
+        for piece in self._pieces:
+            if since_s < piece.duration_s:
+                left.append(LaterPart(piece, since_s) if since_s > 0.0 else piece)
+            since_s = max(since_s - piece.duration_s, 0.0)
+        start = self.sample(t_s) if lead_in is None else lead_in.sample(0.0)
+        duration_s = total_duration_s(left)
+        return Trajectory(start, self.end_position_enu_m, duration_s, self.limits, tuple(left))
 
     def remaining_distance_m(self, t_s: float) -> float:
         """Return the length of the path that lies ahead at a time; it never grows."""

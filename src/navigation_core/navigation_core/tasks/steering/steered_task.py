@@ -120,14 +120,18 @@ class SteeredTask(PhasedTask):
         super()._go(phase, now)
         self._by_itself = False
 
-    def _forget(self) -> None:
+    def _forget_sent(self) -> None:
+        """Begin again from the measured motion: what was sent is past."""
         self._steersman.forget()
+
+    def _forget(self) -> None:
+        self._forget_sent()
         self._still.reset()
         self._landed.reset()
 
     def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
         asked = self._by_itself or is_pending(observation, TaskOperation.TAKE_CONTROL)
-        led = self._steersman.commanded is not None
+        led = self.commanded is not None
         self._still.reset()
         if led and observation.in_control:
             self._handlers[Phase.STOPPING] = partial(self._brake, ending)
@@ -158,7 +162,7 @@ class SteeredTask(PhasedTask):
             return Outcome(OutcomeCode.LANDED, text, None)
         if not self._on_ground(observation):
             return None
-        self._steersman.forget()
+        self._forget_sent()
         return stand_on_ground(observation)
 
     def _on_ground(self, observation: Observation) -> bool:
@@ -216,7 +220,7 @@ class SteeredTask(PhasedTask):
         if self._is_down(observation, now):
             return ending.after("The vehicle is on the ground.")
         still = self._still.holds(observation, self._config.position_stale_s)
-        sent = self._steersman.commanded
+        sent = self.commanded
         sent_m_s = 0.0 if sent is None else norm(sent.velocity_enu_m_s)
         if still and sent_m_s < _STANDS_M_S:
             return ending.after("The vehicle has stopped.")
@@ -226,7 +230,7 @@ class SteeredTask(PhasedTask):
         here = located(observation, self._config.position_stale_s)
         if here is None or observation.position_doubt:
             return self._steersman.hold(observation)
-        return self._steersman.lead(here, observation, None, self._dt_s)
+        return self._stand(here, observation)
 
     def _release(self, ending: Outcome, observation: Observation, now: float) -> Answer:
         self._status = Status.CANCELLING
@@ -247,6 +251,10 @@ class SteeredTask(PhasedTask):
         if now - self._phase_since_s > timeout_s:
             return ending.after(self._still.failure(timeout_s))
         return Wait()
+
+    def _stand(self, here: Located, observation: Observation) -> Intent:
+        """Come to a stop, and stand."""
+        return self._steersman.lead(here, observation, None, self._dt_s)
 
     def _lead(
         self, here: Located, observation: Observation, command: VelocityCommand | None, now: float
