@@ -116,6 +116,7 @@ def test_a_target_of_another_is_waited_for() -> None:
     assert codes(fleet) == ["SUCCESS"] * 3
 
 
+@pytest.mark.night
 @pytest.mark.wide
 def test_a_circle_is_crossed_by_another_and_waits_for_who_stays_on_it() -> None:
     fleet = FlownFleet(copters([(0.0, -20.0), (30.0, 0.0)]), traffic_timeout_s=15.0).ready()
@@ -136,6 +137,7 @@ def test_a_circle_is_crossed_by_another_and_waits_for_who_stays_on_it() -> None:
     assert second.ends()[-1][1].code.value == "TRAFFIC"
 
 
+@pytest.mark.night
 @pytest.mark.wide
 def test_a_lost_link_closes_the_volume_and_the_others_go_round() -> None:
     places = on_a_circle(4)
@@ -162,6 +164,7 @@ def test_motors_that_fail_in_the_middle_hit_nobody() -> None:
     assert codes(fleet).count("SUCCESS") == 3
 
 
+@pytest.mark.night
 @pytest.mark.wide
 def test_a_landing_waits_for_who_is_below_and_a_return_for_who_is_at_home() -> None:
     fleet = FlownFleet(copters([(0.0, 0.0), (20.0, 0.0)])).ready()
@@ -181,6 +184,7 @@ def test_a_landing_waits_for_who_is_below_and_a_return_for_who_is_at_home() -> N
     assert codes(fleet) == ["SUCCESS"] * 5
 
 
+@pytest.mark.night
 @pytest.mark.wide
 def test_a_return_waits_for_longer_than_the_longest_wait_of_other_goals() -> None:
     """It may be for an empty battery: no wait ends it."""

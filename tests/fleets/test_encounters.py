@@ -161,6 +161,7 @@ def test_a_paused_copter_leaves_the_path_of_an_intruder() -> None:
     assert craft.statuses()[-1] == "PAUSED"
 
 
+@pytest.mark.night
 @pytest.mark.wide
 def test_an_evasion_stays_below_the_fence_of_the_autopilot() -> None:
     fence = {"FENCE_ENABLE": 1.0, "FENCE_TYPE": 1.0, "FENCE_ALT_MAX": 25.0}

@@ -140,6 +140,7 @@ def test_a_plane_keeps_apart_wherever_it_can(seed: int) -> None:
     assert flown.code in ("SUCCESS", "TRAFFIC")
 
 
+@pytest.mark.night
 @pytest.mark.wide
 @pytest.mark.parametrize("course_deg", [180.0, 90.0, 0.0])
 def test_a_plane_that_follows_a_course_gives_way_and_follows_it_again(course_deg: float) -> None:

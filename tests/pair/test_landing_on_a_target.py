@@ -69,6 +69,7 @@ def test_without_a_target_that_is_not_required_it_lands_where_it_is() -> None:
     assert math.hypot(*flight.truth()[0][:2]) < 0.5
 
 
+@pytest.mark.night
 @FIRMWARES
 def test_a_target_that_vanishes_is_searched_again_from_the_height_asked_for(
     autopilot: str,

@@ -156,6 +156,7 @@ def test_a_table_of_another_shape_is_one_sentence() -> None:
         navigation_kernels.hits(np.empty((0, 5)), np.empty((0, 7)), lines_, lines_[:1], 1.0)
 
 
+@pytest.mark.night
 @pytest.mark.wide
 def test_no_memory_is_misused_and_nothing_is_undefined(tmp_path: Path) -> None:
     """The tests above, with a library that ends the process at the first misuse."""

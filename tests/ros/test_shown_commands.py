@@ -161,7 +161,8 @@ def place(tmp_path: Path, domain: int) -> Place:
     for name in ("00000007.BIN", "vehicle1_log7_20261123T063631Z.bin"):
         (tmp_path / name).write_bytes(log)
     (tmp_path / "my.plan").write_text(json.dumps(PLAN), "utf-8")
-    rules = blocks(ROOT / "docs/programs.md", "yaml")[0]
+    shown_files = blocks(ROOT / "docs/programs.md", "yaml")
+    (rules,) = [each for each in shown_files if each.startswith("agents:")]
     (tmp_path / "agents.yaml").write_text(rules, "utf-8")
     grid = "ncols 20\nnrows 20\nxllcorner -20\nyllcorner -20\ncellsize 5\n" + 400 * "0 "
     (tmp_path / "hill.asc").write_text(grid, "utf-8")

@@ -73,6 +73,7 @@ def test_three_vehicles_in_one_recording_are_compared_one_by_one(
     assert "rover with ardupilot, system 3" in said
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(
     ("name", "reason"),
     [

@@ -97,6 +97,7 @@ MISSION_PARAMETERS = (
 )  # fmt: skip
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("stage", ["waypoint", "loiter", "landing"])
 def test_extreme_parameters_do_no_harm_in_a_planes_mission(stage: str) -> None:
     station = moving("plane")

@@ -259,6 +259,7 @@ def test_a_rover_without_gps_does_fs_ekf_action(action: int, mode: int) -> None:
     assert station.last("HEARTBEAT").system_status == CRITICAL
 
 
+@pytest.mark.night
 def test_a_rover_reports_that_it_has_a_position_again() -> None:
     station = rover()
     station.vehicle.lose_gps()
@@ -293,6 +294,7 @@ def test_a_rover_beyond_its_circle_does_fence_action(vehicle: str, action: int, 
     assert mode_of(station) == mode
 
 
+@pytest.mark.night
 def test_a_rover_far_beyond_its_circle_only_stops() -> None:
     station = rover({"FENCE_RADIUS": 20.0, "FENCE_ACTION": 1.0})
     station.setpoint(POSITION, (150.0, 0.0, 0.0))
@@ -302,6 +304,7 @@ def test_a_rover_far_beyond_its_circle_only_stops() -> None:
     assert mode_of(station) == HOLD
 
 
+@pytest.mark.night
 def test_a_rover_leaves_its_polygon_and_returns() -> None:
     station = rover({"FENCE_ENABLE": 1.0})
     corners = [(-10, -10), (10, -10), (10, 10), (-10, 10)]

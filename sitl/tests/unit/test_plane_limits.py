@@ -45,6 +45,7 @@ def at_height(station: GroundStation, up_m: float) -> GroundStation:
     return station
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(("take_off_percent", "most_percent"), [(80, 100), (100, 70), (0, 85)])
 def test_a_take_off_is_flown_with_tkoff_thr_max_or_thr_max(
     take_off_percent: int, most_percent: int
@@ -65,6 +66,7 @@ def test_the_mission_item_takes_off_with_it_too() -> None:
     assert throttle_us(at_height(station, 30.0)) == pytest.approx(1800, abs=5)
 
 
+@pytest.mark.night
 def test_above_its_level_part_a_take_off_may_need_less_throttle() -> None:
     values = {"TKOFF_OPTIONS": 1.0, "TKOFF_THR_MAX_T": 0.0, "AIRSPEED_CRUISE": 17.0}
     station = taking_off(**values, TKOFF_ALT=100, TKOFF_LVL_ALT=20, TKOFF_THR_MIN=40)
@@ -96,6 +98,7 @@ def test_thr_min_keeps_the_motor_running() -> None:
     assert throttle_us(station) >= 1445
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(("bank_deg", "radius_m"), [(0.0, 106.0), (50.0, 100.0)])
 def test_navl1_lim_bank_keeps_a_circle_as_large_as_it_is_asked_for(
     bank_deg: float, radius_m: float

@@ -354,6 +354,7 @@ def test_range_noise_is_seeded() -> None:
     assert len(set(readings(1))) == 3
 
 
+@pytest.mark.night
 def test_gps_noise_of_the_world() -> None:
     """The estimate wanders as far from the truth as the world says."""
     simulation = Simulation(

@@ -26,7 +26,7 @@ SHA = hashlib.sha256(TOKEN.encode()).hexdigest()
 
 
 def test_the_file_that_the_page_shows_is_read_and_names_its_limits() -> None:
-    (shown,) = re.findall(r"^```yaml\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+    (shown,) = re.findall(r"^```yaml\n(agents:.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
     rules = read_rules(yaml.safe_load(shown))
     assert rules["planner"].allow["goto"].radius_m == 50
     assert set(rules["planner"].allow) == {"goto"}

@@ -90,6 +90,7 @@ def test_a_video_is_never_slower_than_the_flight_and_keeps_its_length(
         assert playback.times_s()[-1] == playback.end_s
 
 
+@pytest.mark.night
 @pytest.mark.wide
 def test_mp4_and_gif_show_the_same_moments(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
