@@ -35,7 +35,7 @@ from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.intents import Fly, Outcome, Perform
 from navigation_core.tasks.observation import TaskOperation, VehicleMode
 from navigation_core.tasks.progress import Progress, Status
-from navigation_core.tasks.traffic.commanded_speed import slowed
+from navigation_core.tasks.steering.commanded_speed import slowed
 from navigation_core.tasks.traffic.entries import Claimant, Rank, TrafficWait
 from navigation_core.tasks.traffic.path_in_traffic import BRAKE_SHARE
 from navigation_core.tasks.traffic.traffic_view import TrafficFrame, TrafficView

@@ -26,8 +26,8 @@ from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.run_out_limiter import RunOutLimiter
 from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.steering.commanded_speed import free_share
 from navigation_core.tasks.steering.tracking_trim import TrackingTrim
-from navigation_core.tasks.traffic.commanded_speed import free_share
 from navigation_core.tasks.traffic.path_in_traffic import BRAKE_SHARE
 from navigation_core.tasks.traffic.reserved_path import REACTION_S
 from navigation_core.tasks.traffic.traffic_view import TrafficView
