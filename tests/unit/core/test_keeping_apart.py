@@ -56,6 +56,20 @@ def apart_m(path: CheckedPath, moving: Moving) -> float:
     return float(np.linalg.norm(np.array(places)[:, :2] - at, axis=1).min())
 
 
+def test_what_may_go_anywhere_is_nearer_by_as_far_as_it_may_have_come() -> None:
+    sure = crosser((6.0, 0.0), (0.0, 0.0))
+    unsure = replace(sure, uncertain_m_s=1.5)
+    places = np.tile((0.0, 0.0, 5.0), (5, 1))
+    in_s = np.array([0.0, 1.0, 2.0, 3.0, 9.0])
+
+    def room_m(moving: Moving) -> Array:
+        return moments_with_room_m(in_s, places, (moving,), NOTHING, 9.0)
+
+    assert room_m(sure).tolist() == [6.0] * 5
+    # After two seconds more will be known.
+    assert room_m(unsure).tolist() == [6.0, 4.5, 3.0, 3.0, 3.0]
+
+
 def stop(observation: Observation, traits: Traits | None = None) -> CheckedPath:
     return Evasion(AVOIDANCE, traits or Traits(), LIMITS).stop(START, observation)
 

@@ -76,6 +76,20 @@ def test_what_comes_near_is_reported_within_two_seconds() -> None:
     assert math.dist(the_one(seen.moving), (-1.5, 0.0)) < 0.3
 
 
+def test_what_has_just_come_into_view_may_go_anywhere() -> None:
+    """A sector's width makes its first second look like another motion."""
+
+    def uncertain_m_s(seen_s: float) -> list[float]:
+        def at(time_s: float) -> tuple[float, float]:
+            return (60.0, 0.0) if time_s < 1.0 else (10.0, 6.0 - 1.5 * (time_s - 1.0))
+
+        return [one.uncertain_m_s for one in watch(at, 0.6, 1.0 + seen_s, 2.0).moving]
+
+    assert uncertain_m_s(0.1) == []
+    assert all(uncertain_m_s(seen_s) == [1.5] for seen_s in (0.3, 0.6, 0.9))
+    assert uncertain_m_s(1.5) == [0.0]
+
+
 def test_where_something_is_about_to_be_is_an_obstacle() -> None:
     seen = watch(lambda t: (12.0 - 1.5 * t, 0.0), 0.5, 2.0)
     ahead = np.array([[8.5 - 1.5 * t, 0.0, 3.0] for t in (0.5, 1.0, 1.5, 2.0)])

@@ -50,6 +50,9 @@ _REST_M, _STOOD_M, _STOOD_S = 0.8, 0.5, 1.2
 # When a line through them is believed.
 _SCANS_MIN, _SPAN_MIN_S, _ERROR_MAX_M_S = 5, 0.4, 0.35
 _SPEED_MIN_M_S, _SPEED_MAX_M_S = 0.3, 4.0
+# What has come into view is expected to go anywhere as fast as this, until a line through so many
+# scans, over so long a time, shows more: sectors jump from one side of it to the other at first.
+_UNKNOWN_M_S, _SUSPECT_SCANS_MIN, _SURE_SPAN_S = 1.5, 3, 1.0
 # The motion of an obstacle that was not hit for this long is not predicted any more.
 _FRESH_S = 0.3
 
@@ -62,11 +65,13 @@ class Moving:
         points_enu_m: where it was hit last, shape (N, 3).
         hit_s: when.
         velocity_enu_m_s: east and north.
+        uncertain_m_s: by how much that may be wrong, in any direction.
     """
 
     points_enu_m: Array
     hit_s: float
     velocity_enu_m_s: tuple[float, float]
+    uncertain_m_s: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,12 +249,14 @@ def _things(hits: Array) -> list[Array]:
 
 
 def _fitted(hits: Array, now: float) -> Moving | None:
-    """Return the motion of hits (N, 6), None if they are too few or too scattered for it."""
-    if len(hits) < _SCANS_MIN:
-        return None
+    """Return the motion of hits (N, 6), None if they are too few, or on something that stands."""
     times, scan = np.unique(hits[:, 3], return_inverse=True)
-    if len(times) < _SCANS_MIN or np.ptp(times) < _SPAN_MIN_S or now - times[-1] > _FRESH_S:
+    if len(times) < _SUSPECT_SCANS_MIN or now - times[-1] > _FRESH_S:
         return None
+    last, span_s = hits[hits[:, 3] == times[-1]], float(np.ptp(times))
+    unknown = Moving(last[:, :3], float(times[-1]), (0.0, 0.0), _UNKNOWN_M_S)
+    if len(times) < _SCANS_MIN or span_s < _SPAN_MIN_S:
+        return unknown
     counts = np.bincount(scan)
     middles = np.stack([np.bincount(scan, hits[:, k]) / counts for k in (0, 1)], axis=1)
     # The side that is seen turns as it goes by, so the middle of what is round is followed.
@@ -265,7 +272,14 @@ def _fitted(hits: Array, now: float) -> Moving | None:
     rest = middles - middles.mean(axis=0) - since[:, None] * velocity
     error = math.sqrt(float((rest * rest).sum()) / max(len(times) - 2, 1) / spread)
     speed = math.hypot(*velocity)
-    if not _SPEED_MIN_M_S <= speed <= _SPEED_MAX_M_S or error > _ERROR_MAX_M_S:
+    if error > _ERROR_MAX_M_S:
+        return unknown if span_s < _SURE_SPAN_S else None
+    if not _SPEED_MIN_M_S <= speed <= _SPEED_MAX_M_S:
         return None
-    last = hits[hits[:, 3] == times[-1]]
-    return Moving(last[:, :3], float(times[-1]), (float(velocity[0]), float(velocity[1])))
+    uncertain_m_s = _UNKNOWN_M_S if span_s < _SURE_SPAN_S else 0.0
+    return Moving(
+        last[:, :3],
+        float(times[-1]),
+        (float(velocity[0]), float(velocity[1])),
+        uncertain_m_s,
+    )

@@ -20,6 +20,8 @@ PREDICTED_S = 3.0
 _SAME_HEIGHT_M = 2.0
 # A map still has what moves where it was a moment ago, and its hits are wider than it is.
 _ITS_OWN_M = 1.0
+# After this time more is known of one whose velocity is uncertain now.
+_UNCERTAIN_S = 2.0
 
 
 def at_height(moving: tuple[Moving, ...], height_m: float) -> list[Moving]:
@@ -39,7 +41,9 @@ def apart_m(places: Array, in_s: Array, moving: Moving) -> Array:
         Shape (N,).
     """
     points = moving.points_enu_m[:, :2] + in_s[:, None, None] * np.array(moving.velocity_enu_m_s)
-    return np.asarray(np.linalg.norm(points - places[:, None], axis=2).min(axis=1))
+    away_m = np.linalg.norm(points - places[:, None], axis=2).min(axis=1)
+    nearer_m = moving.uncertain_m_s * np.clip(in_s, 0.0, _UNCERTAIN_S)
+    return np.asarray(np.maximum(away_m - nearer_m, 0.0))
 
 
 def moments_with_room_m(
