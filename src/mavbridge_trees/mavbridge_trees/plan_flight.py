@@ -166,10 +166,11 @@ class PlanFlight:
         ]  # fmt: skip
         if not missing:
             self._rehearse(now)
-        elif self._asked is None:
+        elif self._asked is None and self._survey_service.service_is_ready():
+            # A request to a server that is not discovered yet would be lost.
             self._asked = self._survey_service.call_async(_survey(steps[missing[0]].values))
             self._since_s = now
-        elif self._asked.done():
+        elif self._asked is not None and self._asked.done():
             answer, self._asked = self._asked.result(), None
             if answer.success:
                 self._routes[missing[0]] = answer.waypoints
