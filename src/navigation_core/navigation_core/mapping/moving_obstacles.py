@@ -50,8 +50,8 @@ _REST_M, _STOOD_M, _STOOD_S = 0.8, 0.5, 1.2
 # When a line through them is believed.
 _SCANS_MIN, _SPAN_MIN_S, _ERROR_MAX_M_S = 5, 0.4, 0.35
 _SPEED_MIN_M_S, _SPEED_MAX_M_S = 0.3, 4.0
-# What has come into view is expected to go anywhere as fast as this, until a line through so many
-# scans, over so long a time, shows more: sectors jump from one side of it to the other at first.
+# An obstacle that has just come into view may go anywhere at this speed. It is believed to be there
+# after this many scans, and its motion after this time, as its sectors jump at first.
 _UNKNOWN_M_S, _SUSPECT_SCANS_MIN, _SURE_SPAN_S = 1.5, 3, 1.0
 # The motion of an obstacle that was not hit for this long is not predicted any more.
 _FRESH_S = 0.3
