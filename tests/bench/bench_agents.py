@@ -46,7 +46,7 @@ def measures(short: bool = False) -> list[dict[str, Any]]:
 
 async def _propose(flight: Flight, folder: str, calls: int) -> tuple[float, float]:
     sha = hashlib.sha256(_TOKEN.encode()).hexdigest()
-    # Nobody confirms them, so all of them wait.
+    # No proposal is confirmed, and each one waits.
     agent = {"token_sha256": sha, "calls_per_minute": 6000, "waiting_max": calls + 1}
     rules = Path(folder) / "rules.yaml"
     rules.write_text(yaml.safe_dump({"agents": {"planner": agent}}), "utf-8")

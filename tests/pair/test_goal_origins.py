@@ -24,7 +24,7 @@ def test_the_active_goal_is_named_once_and_no_other_is() -> None:
     noted = "".join(getattr(each.message, "text", "") for each in flight.all(Annotation))
     assert "Sent by planner." in noted
 
-    # What a client writes cannot break a line, and is not longer than a line.
+    # A client's text stays on one line of the log, and is cut to a length.
     second = flight.send(0.0, 0.0, 3.0)
     origins.name(first, "too late")
     origins.name(second, "a\nb\x1b[2J\u00e9" + "x" * 1000)

@@ -1,15 +1,15 @@
-"""Timers that no other clock can stop: everything periodic of ours is done by these."""
+"""Timers that no other clock can stop, and the turns of an executor that they give."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.timer import Timer
 
-__all__ = ["steady_timer"]
+__all__ = ["NextTurn", "steady_timer"]
 
 
 def steady_timer(
@@ -22,3 +22,11 @@ def steady_timer(
     """
     clock = Clock(clock_type=ClockType.STEADY_TIME)
     return node.create_timer(period_s, work, callback_group=group, clock=clock)
+
+
+class NextTurn:
+    """Waits for the next turn of the executor, in a coroutine of an action."""
+
+    def __await__(self) -> Generator[None, None, None]:
+        """Yield once."""
+        yield

@@ -7,6 +7,7 @@ is left earlier cancels its goal. All leaves take the node that they speak throu
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from typing import Any, ClassVar
@@ -31,6 +32,7 @@ from custom_interfaces.action import (
     Takeoff,
 )
 from custom_interfaces.msg import GoalRejected, Waypoint
+from drone_navigation.programs import goal_messages
 from drone_navigation.qos import LATCHED_QOS
 from navigation_bridge.names import (
     ACTION_NAME,
@@ -215,12 +217,8 @@ class GoTo(GoalLeaf):
         name: str = "go to",
     ) -> None:
         """Prepare."""
-        goal = Navigate.Goal(max_speed=speed_m_s, avoid_obstacles=avoid_obstacles)
-        goal.target_pose.header.frame_id = frame
-        place = goal.target_pose.pose.position
-        place.x, place.y, place.z = map(float, position_m)
-        goal.target_pose.pose.orientation.w = 0.0
-        super().__init__(name, goal)
+        goal = goal_messages.point(position_m, frame, None, speed_m_s, avoid_obstacles)
+        super().__init__(name, goal.goal)
 
 
 class FlyRoute(GoalLeaf):
@@ -258,12 +256,11 @@ class FlyOrbit(GoalLeaf):
         name: str = "orbit",
     ) -> None:
         """Prepare."""
-        goal = Orbit.Goal(
-            radius=radius_m, laps=laps, height=height_m, max_speed=speed_m_s,
-            avoid_obstacles=avoid_obstacles,
-        )  # fmt: skip
-        goal.centre.pose.position.x, goal.centre.pose.position.y = map(float, centre_enu_m)
-        super().__init__(name, goal)
+        kept_m = None if math.isnan(height_m) else height_m
+        goal = goal_messages.orbit(
+            centre_enu_m, radius_m, kept_m, laps, speed_m_s, "centre", avoid_obstacles
+        )
+        super().__init__(name, goal.goal)
 
 
 class FollowPoses(GoalLeaf):

@@ -9,7 +9,6 @@ import argparse
 import os
 import sys
 import time
-from collections.abc import Generator
 from pathlib import Path
 
 import rclpy
@@ -27,7 +26,7 @@ from drone_navigation.console.vehicle import VehicleClient
 from drone_navigation.process_control.ros_arguments import own_arguments
 from drone_navigation.process_control.ros_start import starting_ros
 from drone_navigation.process_control.stop_signals import StopSignals
-from drone_navigation.steady_timer import steady_timer
+from drone_navigation.steady_timer import NextTurn, steady_timer
 from flight_logs.command_version import add_version
 from mavbridge_trees.plan import PlanTextError, read_plan
 from mavbridge_trees.plan_flight import PlanEnd, PlanFlight
@@ -56,13 +55,6 @@ def make_parser() -> argparse.ArgumentParser:
         help="where the progress of plans is stored (default: mavbridge_plans in $ROS_HOME)",
     )
     return parser
-
-
-class _Turn:
-    """Waits for the next turn of the executor."""
-
-    def __await__(self) -> Generator[None, None, None]:
-        yield
 
 
 class PlanServer:
@@ -152,7 +144,7 @@ class PlanServer:
                 if now >= due_s:
                     due_s = now + _TURN_S
                     flight.turn(now)
-                await _Turn()
+                await NextTurn()
         finally:
             flight.close()
         return flight.end

@@ -29,7 +29,7 @@ from navigation_bridge.names import (
 )
 from navigation_core.geometry import Vector3
 
-_YAW_MODES = {
+ORBIT_YAW_MODES = {
     "centre": Orbit.Goal.YAW_CENTRE,
     "tangent": Orbit.Goal.YAW_TANGENT,
     "keep": Orbit.Goal.YAW_KEEP,
@@ -154,7 +154,7 @@ def _orbit(options: argparse.Namespace) -> ClientGoal:
     goal.centre.header.frame_id = options.frame
     goal.centre.pose.position.x, goal.centre.pose.position.y = options.x, options.y
     goal.radius, goal.height, goal.laps = options.radius, options.height, options.laps
-    goal.yaw_mode = _YAW_MODES[options.yaw_mode]
+    goal.yaw_mode = ORBIT_YAW_MODES[options.yaw_mode]
     goal.max_speed = options.speed
     goal.avoid_obstacles = bool(options.avoid)
     laps = f"{options.laps:g} laps" if options.laps else "until it is cancelled"

@@ -9,7 +9,7 @@ does otherwise).
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from rclpy.action import ActionClient
@@ -26,7 +26,7 @@ from drone_navigation.nav2.outcomes import PREEMPTED, Nav2Outcome, aborted, ende
 from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.nav2.targets import Refusal
 from drone_navigation.qos import LATCHED_QOS
-from drone_navigation.steady_timer import steady_timer
+from drone_navigation.steady_timer import NextTurn, steady_timer
 from navigation_bridge.names import (
     ACTION_NAME,
     FOLLOW_ACTION_NAME,
@@ -42,13 +42,6 @@ _STOP_TIMEOUT_S = 15.0
 _LOST_TIMEOUT_S = 10.0
 # The status, which names the active goal, comes once a second.
 _ASK_AGAIN_S = 3.0
-
-
-class _Turn:
-    """Waits for the next turn of the executor."""
-
-    def __await__(self) -> Generator[None, None, None]:
-        yield
 
 
 @dataclass
@@ -149,7 +142,7 @@ class Flights:
         self._goal = goal
         late = False
         while True:
-            await _Turn()
+            await NextTurn()
             now_s = time.monotonic()
             if own != self._orders:
                 return PREEMPTED
@@ -189,7 +182,7 @@ class Flights:
         if goal.stage is GoalStage.REFUSED:
             until_s = goal.since_s + _REASON_TIMEOUT_S
             while not self._rejections and time.monotonic() < until_s:
-                await _Turn()
+                await NextTurn()
             why = Refusal("INTERNAL_ERROR", "No reason given.")
             if self._rejections:
                 why = self._rejections[-1]
@@ -212,4 +205,4 @@ class Flights:
             now_s = time.monotonic()
             goal.look(now_s)
             goal.cancel(now_s)
-            await _Turn()
+            await NextTurn()

@@ -15,7 +15,7 @@ from custom_interfaces.action import (
     Takeoff,
 )
 from custom_interfaces.msg import Waypoint
-from drone_navigation.client.client_goal import ClientGoal
+from drone_navigation.client.client_goal import ORBIT_YAW_MODES, ClientGoal
 from navigation_bridge.names import (
     ACTION_NAME,
     FRAME_MAP,
@@ -30,12 +30,6 @@ from navigation_bridge.names import (
 from navigation_core.geometry import Vector3
 
 __all__ = ["landing", "orbit", "point", "return_to_launch", "route", "take_off", "velocity"]
-
-_ORBIT_YAW_MODES = {
-    "centre": Orbit.Goal.YAW_CENTRE,
-    "tangent": Orbit.Goal.YAW_TANGENT,
-    "keep": Orbit.Goal.YAW_KEEP,
-}
 
 
 def take_off(height_m: float) -> ClientGoal:
@@ -140,14 +134,14 @@ def orbit(
     Raises:
         ValueError: another yaw mode.
     """
-    if yaw_mode not in _ORBIT_YAW_MODES:
-        raise ValueError(f"The yaw of an orbit is one of {', '.join(_ORBIT_YAW_MODES)}.")
+    if yaw_mode not in ORBIT_YAW_MODES:
+        raise ValueError(f"The yaw of an orbit is one of {', '.join(ORBIT_YAW_MODES)}.")
     goal = Orbit.Goal(
         radius=float(radius_m),
         height=math.nan if height_m is None else float(height_m),
         laps=float(laps),
         max_speed=float(speed_m_s),
-        yaw_mode=_ORBIT_YAW_MODES[yaw_mode],
+        yaw_mode=ORBIT_YAW_MODES[yaw_mode],
         avoid_obstacles=avoid,
     )
     goal.centre.header.frame_id = FRAME_MAP
