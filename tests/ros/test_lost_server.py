@@ -37,6 +37,7 @@ def kill_server(flight: Flight) -> None:
 def start_server(flight: Flight) -> None:
     flight.server = flight.start_server()
     flight.server.wait_for("Position valid", READY_TIMEOUT_S)
+    flight.renew_client()
 
 
 def test_a_server_that_is_killed_is_given_up_after_the_lost_timeout(flight: Flight) -> None:
@@ -94,7 +95,6 @@ def waiting(flight: Flight) -> Iterator[Callable[[str], Process]]:
     """Start a command whose answer does not come: the vehicle's is lost."""
     if flight.server is None or flight.server.returncode is not None:
         start_server(flight)
-        flight.renew_client()
         flight.spin_for(3.0)  # it reads the lists for itself
     down = flight.send(Land.Goal())  # from a test before
     if down.accepted:
