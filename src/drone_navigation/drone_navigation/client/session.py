@@ -42,7 +42,7 @@ from navigation_bridge.names import SERVER_NODE_NAME
 
 # Two processes that run already find each other in less.
 _SOON_S = 3.0
-# What is latched comes within this time, if it comes.
+# A latched message comes within this time, if it comes.
 _LATCHED_S = 0.2
 # A server says at once that it is there; one that was killed stays in the graph for a while.
 _SERVERS_S = 1.5

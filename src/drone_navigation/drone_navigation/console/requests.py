@@ -134,9 +134,9 @@ class VehicleRequests:
         self._clients: dict[str, Client] = {}
         self._calls: list[_Call] = []
         self._player = ""
-        # Of the pages' goals: reasons of rejections, and rejected ones that wait for theirs.
+        # Reasons why goals of pages were rejected, and goals that wait for theirs.
         self._reasons: dict[str, str] = {}
-        self._unexplained: list[tuple[float, str, Answer]] = []
+        self._unexplained: dict[str, tuple[float, Answer]] = {}
         self.routes: dict[str, RouteValue] = {}
         self.interrupted = InterruptedRoute()
 
@@ -160,15 +160,12 @@ class VehicleRequests:
 
     def _give_reasons(self) -> None:
         """Answer what was rejected with its reason, or without one that does not come."""
-        for each in list(self._unexplained):
-            until_s, goal_id, answer = each
+        for goal_id, (until_s, answer) in list(self._unexplained.items()):
             reason = self._reasons.get(goal_id, "")
-            if not reason and self._now <= until_s:
-                continue
-            self._unexplained.remove(each)
-            self._forget(goal_id)
-            why = f": {reason}" if reason else ", and the server published no reason."
-            answer(False, f"Rejected{why}")
+            if reason or self._now > until_s:
+                del self._unexplained[goal_id]
+                self._forget(goal_id)
+                answer(False, f"Rejected: {reason or 'the server published no reason.'}")
 
     def _forget(self, goal_id: str) -> None:
         self.routes.pop(goal_id, None)
@@ -405,7 +402,7 @@ class VehicleRequests:
                 if isinstance(goal, NavigateWaypoints.Goal):
                     self.interrupted.begin(goal, waypoints, self._result(action, request.goal_id))
             else:
-                self._unexplained.append((self._now + _REASON_S, number.hex, answer))
+                self._unexplained[number.hex] = (self._now + _REASON_S, answer)
 
         def late() -> None:
             answer(False, f"{_COMMANDS[action]} was not answered; it may be active all the same.")
