@@ -5,7 +5,9 @@ from __future__ import annotations
 import asyncio
 import getpass
 import hashlib
+import os
 import random
+import signal
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -202,6 +204,39 @@ def test_an_agent_that_is_cut_off_leaves_a_holding_vehicle(stage: Stage) -> None
     stage.play(play)
     stage.flight.server.wait_for("ended: CANCELED", FLIGHT_TIMEOUT_S, after=line)
     assert stage.flight.is_armed
+
+
+def process_of(stage: Stage) -> int:
+    """Return the id of the process that serves the agent, by the socket that it has opened."""
+    (path,) = Path(stage.environment["XDG_RUNTIME_DIR"]).glob("navigation_mcp-*/*.sock")
+    return int(path.stem)
+
+
+@pytest.mark.parametrize("sent", [signal.SIGKILL, signal.SIGSTOP])
+def test_the_vehicle_holds_once_the_process_of_an_agent_is_not_heard_any_more(
+    stage: Stage, sent: signal.Signals
+) -> None:
+    stage.allow(allow={"goto": WIDE})
+    stage.in_the_air()
+    server = stage.flight.server
+    assert server is not None
+    line = len(server.lines)
+
+    async def play(client: Client) -> None:
+        away = await call(client, "goto", x_m=0, y_m=-50, z_m=4, speed_m_s=0.5)
+        assert away["state"] == "flying"
+        await asyncio.sleep(8.0)  # longer than a lease: it is renewed
+        assert not [each for each in server.lines[line:] if "ended" in each]
+        os.kill(process_of(stage), sent)
+        ended = await asyncio.to_thread(server.wait_for, "ended: ", FLIGHT_TIMEOUT_S, after=line)
+        assert "ended: CLIENT_LOST" in ended
+        if sent is signal.SIGSTOP:
+            os.kill(process_of(stage), signal.SIGCONT)
+            assert (await until(client, away["id"], "ended"))["code"] == "CLIENT_LOST"
+
+    stage.play(play)
+    assert stage.flight.is_armed
+    assert stage.flight.call("hold").success
 
 
 def test_hostile_calls_over_the_wire_move_nothing(stage: Stage) -> None:

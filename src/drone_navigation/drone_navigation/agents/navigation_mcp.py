@@ -118,7 +118,7 @@ async def _serve_agent(name: str, rules: AgentRules, options: argparse.Namespace
     assert task is not None
     for number in (signal.SIGINT, signal.SIGTERM):
         asyncio.get_running_loop().add_signal_handler(number, task.cancel)
-    async with AsyncVehicle(options.vehicle, options.server_timeout) as vehicle:
+    async with AsyncVehicle(options.vehicle, options.server_timeout, leased=True) as vehicle:
         view = VehicleView(vehicle.link, options.vehicle)
         book = ProposalBook(name, rules, uuid.uuid4().hex[:6])
         calls = ToolCalls(book, VehicleHands(vehicle, name, view, book.finish))
