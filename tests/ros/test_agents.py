@@ -116,6 +116,7 @@ async def until(client: Client, proposal: str, state: str) -> dict[str, Any]:
 
 
 def test_an_agent_proposes_a_person_confirms_and_the_vehicle_flies(stage: Stage) -> None:
+    stage.allow(waiting_max=5)
     stage.flight.ground()
 
     async def play(client: Client) -> None:
@@ -123,6 +124,8 @@ def test_an_agent_proposes_a_person_confirms_and_the_vehicle_flies(stage: Stage)
         assert named["goto"]["properties"]["z_m"]["maximum"] == 500
         assert (await call(client, "state"))["state"]["armed"] is False
 
+        for tool in ("land", "return"):
+            assert (await call(client, tool))["rejected"]["code"] == "NOT_FLYING"
         up = await call(client, "takeoff", height_m=4)
         assert up["arms_and_takes_off"]
         assert up["rehearsal"]["height_max_m"] == pytest.approx(4, abs=1)
@@ -161,6 +164,13 @@ def test_an_agent_proposes_a_person_confirms_and_the_vehicle_flies(stage: Stage)
         assert far["rejected"]["code"] == "OUTSIDE_VOLUME"
         (volume,) = far["rejected"]["accepted"]["vehicle"]["flight_volume"]["areas"]
         assert 10 < volume["radius"] < 9000
+
+        down = (await call(client, "land"))["rehearsal"]
+        assert down["height_min_m"] == pytest.approx(0, abs=0.5)
+        assert down["radius_m"] == pytest.approx(6, abs=1.5)
+        back = (await call(client, "return"))["rehearsal"]
+        assert back["height_max_m"] > 10, "the autopilot climbs first"
+        assert back["duration_s"] > down["duration_s"]
 
         dull = await call(client, "goto", x_m=0, y_m=0, z_m=4)
         assert "Done." in await stage.decide("reject", dull["id"])

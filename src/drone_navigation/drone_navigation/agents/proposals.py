@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from drone_navigation.agents.acts import AgentAct
@@ -22,6 +22,10 @@ WAITS_S = 300.0
 """A proposal that nobody confirms is given up after this time"""
 MOVED_MAX_M = 3.0
 """Of the vehicle, from where a flight was rehearsed"""
+_LOWERING = ("land", "return")
+"""They end a flight: whatever they leave, a person may confirm them"""
+_GROUNDED = ("takeoff", *_LOWERING)
+"""They begin or end on the ground: a lowest height is not about them"""
 _KEPT = 50
 _MINUTE_S = 60.0
 
@@ -100,7 +104,7 @@ class AgentProposal:
     @property
     def arms(self) -> bool:
         """Whether the vehicle would be armed and leave the ground for it."""
-        starts = self.act.kind not in ("land", "return")
+        starts = self.act.kind not in _LOWERING
         return starts and not (self.judgement is not None and self.judgement.is_flying)
 
     def value(self) -> dict[str, object]:
@@ -182,20 +186,23 @@ class ProposalBook:
         if proposal.state is not ProposalState.REHEARSING:
             return False
         proposal.judgement = judgement
-        extent = judgement.extent
+        kind, extent = proposal.act.kind, judgement.extent
+        if extent and kind in _GROUNDED:
+            extent = replace(extent, height_min_m=extent.height_max_m)
         if judgement.code not in ("", "SUCCESS"):
             self._move(proposal, ProposalState.REJECTED, judgement.code, judgement.message)
             return False
-        limits, lowers = self._rules.envelope, proposal.act.kind in ("land", "return")
+        limits, text = self._rules.envelope, ""
         beyond = breaches(extent, limits) if extent and limits else ()
-        if limits and not extent and not lowers:
+        if limits and not extent:
             beyond = (f"it is unknown. {judgement.message}",)
         if beyond:
             text = f"The flight would leave the agent's envelope: {', '.join(beyond)}."
+        if beyond and kind not in _LOWERING:
             self._move(proposal, ProposalState.REJECTED, "OUTSIDE_ENVELOPE", text)
             return False
-        self._move(proposal, ProposalState.WAITING)
-        allowed = self._rules.allow.get(proposal.act.kind)
+        self._move(proposal, ProposalState.WAITING, "", text)
+        allowed = self._rules.allow.get(kind)
         if allowed is None or extent is None or not judgement.is_flying:
             return False
         if why := breaches(extent, allowed):

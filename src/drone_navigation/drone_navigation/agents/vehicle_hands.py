@@ -103,16 +103,13 @@ class VehicleHands:
     async def rehearse(self, act: AgentAct) -> Judgement:
         """Rehearse an act, where the simulator can."""
         start = await self._position_soon()
-        if isinstance(act, AgentLanding | AgentReturn):
-            return Judgement("", "It is not rehearsed.", None, start, self.is_flying)
         if start is None:
             return Judgement("NO_POSITION", "The vehicle's position is not known.")
         if isinstance(act, AgentTakeoff) and self.is_flying:
             return Judgement("ALREADY_FLYING", "The vehicle is in the air.")
-        waypoints = _waypoints(act, start)
         order = Rehearse(
             self._view.vehicle,
-            tuple(PageWaypoint(w.position_enu_m, w.hold_s) for w in waypoints),
+            tuple(PageWaypoint(w.position_enu_m, w.hold_s) for w in _waypoints(act)),
             getattr(act, "speed_m_s", 0.0),
             getattr(act, "laps", 1),
             getattr(act, "avoid_obstacles", False),
@@ -130,7 +127,7 @@ class VehicleHands:
             with contextlib.suppress(RuntimeError):  # the loop is closed
                 loop.call_soon_threadsafe(put, message)
 
-        self._view.rehearse(order, tell)
+        self._view.rehearse(order, _steps(act), tell)
         try:
             answer = await asyncio.wait_for(result, _REHEARSAL_S)
         except asyncio.TimeoutError:
@@ -202,20 +199,21 @@ class VehicleHands:
         )
 
 
-def _waypoints(
-    act: AgentTakeoff | AgentGoto | AgentRoute | AgentOrbit, start: Vector3
-) -> tuple[AgentWaypoint, ...]:
-    """Return the waypoints that a rehearsal flies.
-
-    Args:
-        act: what is rehearsed.
-        start: where the vehicle is, m in the map; a take-off is a goal above it.
-    """
-    if isinstance(act, AgentTakeoff):
-        east, north, up = start
-        return (AgentWaypoint(east, north, up + act.height_m),)
+def _waypoints(act: AgentAct) -> tuple[AgentWaypoint, ...]:
+    """Return the waypoints that a rehearsal flies; none for an act that is a step of a plan."""
     if isinstance(act, AgentRoute):
         return act.waypoints
     if isinstance(act, AgentGoto):
         return (AgentWaypoint(act.x_m, act.y_m, act.z_m),)
-    return (AgentWaypoint(act.x_m, act.y_m, act.height_m),)
+    if isinstance(act, AgentOrbit):
+        return (AgentWaypoint(act.x_m, act.y_m, act.height_m),)
+    return ()
+
+
+def _steps(act: AgentAct) -> tuple[JsonObject, ...]:
+    """Return the steps that a rehearsal flies instead of waypoints, as `flight_rehearsal` has."""
+    if isinstance(act, AgentTakeoff):
+        return ({"kind": act.kind, "height": act.height_m},)
+    if isinstance(act, AgentLanding | AgentReturn):
+        return ({"kind": act.kind},)
+    return ()
