@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import random
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -63,6 +64,11 @@ class Hands:
 
     def fly(self, proposal: AgentProposal) -> None:
         self.flown.append(proposal)
+
+    async def draw(self, proposal: AgentProposal) -> Path:
+        if proposal.judgement is None or proposal.judgement.extent is None:
+            raise ToolRejection("NO_PICTURE", "The proposal was not rehearsed.")
+        return Path(f"{proposal.id}.png")
 
     async def hold(self) -> None:
         self.holds += 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import getpass
 import hashlib
 import os
@@ -16,6 +17,8 @@ from typing import Any, TypeAlias
 import pytest
 import yaml
 from mcp import Client, StdioServerParameters
+from mcp.types import ImageContent
+from PIL import Image
 
 from tests.support.agents import hostile_calls
 from tests.support.processes import Process
@@ -144,7 +147,19 @@ def test_an_agent_proposes_a_person_confirms_and_the_vehicle_flies(stage: Stage)
         flown = there["rehearsal"]
         assert flown["radius_m"] == pytest.approx(6, abs=1.5)
         assert 0 < flown["speed_max_m_s"] < 10
+        drawn = await client.call_tool("picture", {"id": there["id"]})
+        (image,) = [each for each in drawn.content if isinstance(each, ImageContent)]
+        picture = Path((drawn.structured_content or {})["picture"])
+        assert base64.b64decode(image.data) == picture.read_bytes()
+        with Image.open(picture) as opened:
+            assert (opened.format, opened.size) == ("PNG", (900, 800))
+        assert (
+            len((await client.call_tool("picture", {"id": there["id"], "image": False})).content)
+            == 1
+        )
+        assert (await call(client, "picture", id="x"))["rejected"]["code"] == "UNKNOWN_PROPOSAL"
         shown = await stage.decide("confirm", there["id"], "yes")
+        assert f"picture: {picture}" in shown
         assert "m of the map origin" in shown
         ended = await until(client, there["id"], "ended")
         assert (ended["code"], ended["released_by"]) == ("SUCCESS", getpass.getuser())

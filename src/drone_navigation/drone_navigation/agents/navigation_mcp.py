@@ -11,6 +11,7 @@ import getpass
 import os
 import signal
 import sys
+import tempfile
 import uuid
 from importlib import metadata
 from pathlib import Path
@@ -121,9 +122,11 @@ async def _serve_agent(name: str, rules: AgentRules, options: argparse.Namespace
     async with AsyncVehicle(options.vehicle, options.server_timeout, leased=True) as vehicle:
         view = VehicleView(vehicle.link, options.vehicle)
         book = ProposalBook(name, rules, uuid.uuid4().hex[:6])
-        calls = ToolCalls(book, VehicleHands(vehicle, name, view, book.finish))
-        async with confirming(calls):
-            await serve(calls, metadata.version("drone_navigation"))
+        with tempfile.TemporaryDirectory(prefix="navigation_mcp-") as folder:
+            hands = VehicleHands(vehicle, name, view, book.finish, Path(folder))
+            calls = ToolCalls(book, hands)
+            async with confirming(calls):
+                await serve(calls, metadata.version("drone_navigation"))
 
 
 # --- the person ------------------------------------------------------------------------------
@@ -159,6 +162,9 @@ def _agrees(proposal: dict[str, Any]) -> bool:
     if not sys.stdin.isatty():
         print("A proposal is confirmed on a terminal only.", file=sys.stderr)
         return False
+    for answer in ask_all({"verb": "picture", "id": proposal["id"]}):
+        if "picture" in answer:
+            print(f"  picture: {answer['picture']}")
     return input("Type yes to fly it: ").strip() == "yes"
 
 

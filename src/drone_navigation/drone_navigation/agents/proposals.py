@@ -14,6 +14,7 @@ from enum import Enum
 from drone_navigation.agents.acts import AgentAct
 from drone_navigation.agents.envelopes import FlightExtent, breaches
 from drone_navigation.agents.rules import AgentRules
+from flight_reports.planned_flight import PlannedFlight
 from navigation_core.geometry import Vector3, distance
 
 __all__ = ["AgentProposal", "Judgement", "ProposalBook", "ProposalState", "ToolRejection"]
@@ -47,7 +48,7 @@ class ToolRejection(Exception):  # noqa: N818 - as the field's term has it
 
     Attributes:
         code: of GoalCode.msg, or INVALID_ARGUMENTS, RATE_LIMIT, UNKNOWN_PROPOSAL, NOT_WAITING,
-            OUTSIDE_ENVELOPE, VEHICLE_MOVED.
+            OUTSIDE_ENVELOPE, VEHICLE_MOVED, NO_PICTURE.
         message: a sentence.
         accepted: what would be accepted, for JSON; None if that is not known.
     """
@@ -67,6 +68,7 @@ class Judgement:
         extent: of the flight, if it was rehearsed.
         position_enu_m: where it begins.
         is_flying: whether the vehicle is armed and off the ground.
+        scene: of the flight, for its picture, if it was rehearsed.
     """
 
     code: str
@@ -74,6 +76,7 @@ class Judgement:
     extent: FlightExtent | None = None
     position_enu_m: Vector3 | None = None
     is_flying: bool = False
+    scene: PlannedFlight | None = None
 
 
 @dataclass

@@ -7,6 +7,7 @@ import contextlib
 import itertools
 from collections.abc import Callable
 from dataclasses import asdict
+from pathlib import Path
 
 from drone_navigation.agents.acts import (
     AgentAct,
@@ -20,12 +21,14 @@ from drone_navigation.agents.acts import (
 )
 from drone_navigation.agents.envelopes import extent_of
 from drone_navigation.agents.proposals import AgentProposal, Judgement, ToolRejection
+from drone_navigation.agents.rehearsed_scenes import scene_of
 from drone_navigation.agents.vehicle_view import VehicleView
 from drone_navigation.console.messages import PageWaypoint, Rehearse
 from drone_navigation.console.page_types import JsonObject
 from drone_navigation.programs.async_vehicle import AsyncVehicle
 from drone_navigation.programs.errors import NavigationError
 from drone_navigation.programs.flown_goal import FlownGoal
+from flight_reports.planned_flight import PlannedFlight
 from navigation_core.geometry import Vector3
 
 __all__ = ["VehicleHands"]
@@ -46,6 +49,7 @@ class VehicleHands:
         agent: str,
         view: VehicleView,
         finish: Callable[[AgentProposal, str, str], None],
+        pictures: Path,
     ) -> None:
         """Use it.
 
@@ -54,11 +58,13 @@ class VehicleHands:
             agent: its name, for the server's reports.
             view: what is seen of it.
             finish: gets the end of a flight: its code and a sentence.
+            pictures: folder for pictures.
         """
         self._vehicle = vehicle
         self._agent = agent
         self._view = view
         self._finish = finish
+        self._pictures, self._drawing = pictures, asyncio.Lock()
         self._numbers = itertools.count(1)
         self._flights: set[asyncio.Task[None]] = set()
 
@@ -132,7 +138,7 @@ class VehicleHands:
             answer = await asyncio.wait_for(result, _REHEARSAL_S)
         except asyncio.TimeoutError:
             answer = {"error": f"it took longer than {_REHEARSAL_S:g} s."}
-        return self._judge(answer, start)
+        return self._judge(act, answer, start)
 
     async def _position_soon(self) -> Vector3 | None:
         """Return where the vehicle is, as soon as it is known; None if it does not become so."""
@@ -142,7 +148,7 @@ class VehicleHands:
             await asyncio.sleep(_LOOK_S)
         return self.position_enu_m
 
-    def _judge(self, answer: JsonObject, start: Vector3) -> Judgement:
+    def _judge(self, act: AgentAct, answer: JsonObject, start: Vector3) -> Judgement:
         if "error" in answer:
             text = f"It could not be rehearsed: {answer['error']}"
             return Judgement("", text, None, start, self.is_flying)
@@ -151,7 +157,29 @@ class VehicleHands:
             return Judgement(flown["code"], flown["text"])
         lacks = answer.get("lacks") or ()
         text = flown["text"] + (f" Not considered: {', '.join(lacks)}." if lacks else "")
-        return Judgement(flown["code"], text, extent_of(flown), start, self.is_flying)
+        extent, targets = extent_of(flown), [w.position_enu_m for w in _waypoints(act)]
+        title = f"{act.sentence}\n{extent.sentence}"
+        scene = scene_of(title, flown, targets, self._view.value)
+        return Judgement(flown["code"], text, extent, start, self.is_flying, scene)
+
+    async def draw(self, proposal: AgentProposal) -> Path:
+        """Draw the flight of a proposal, once; return the PNG file.
+
+        Raises:
+            ToolRejection: it was not rehearsed, or the file cannot be written.
+        """
+        scene = proposal.judgement.scene if proposal.judgement else None
+        if scene is None:
+            raise ToolRejection("NO_PICTURE", "The proposal was not rehearsed.")
+        picture = self._pictures / f"{proposal.id}.png"
+        async with self._drawing:
+            if not picture.exists():
+                try:
+                    await asyncio.to_thread(_draw, scene, picture)
+                except OSError as error:
+                    text = f"It cannot be written: {error.strerror}."
+                    raise ToolRejection("NO_PICTURE", text) from None
+        return picture
 
     def fly(self, proposal: AgentProposal) -> None:
         """Begin what was released."""
@@ -197,6 +225,12 @@ class VehicleHands:
             laps=act.laps,
             avoid=act.avoid_obstacles,
         )
+
+
+def _draw(scene: PlannedFlight, picture: Path) -> None:
+    from flight_reports.rehearsal_plot import plot_planned  # noqa: PLC0415 - imports matplotlib
+
+    plot_planned(scene, picture)
 
 
 def _waypoints(act: AgentAct) -> tuple[AgentWaypoint, ...]:
