@@ -70,6 +70,9 @@ class Hands:
             raise ToolRejection("NO_PICTURE", "The proposal was not rehearsed.")
         return Path(f"{proposal.id}.png")
 
+    async def report(self) -> object:
+        return {"flights": []}
+
     async def hold(self) -> None:
         self.holds += 1
 

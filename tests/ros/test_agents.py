@@ -191,7 +191,13 @@ def test_an_agent_proposes_a_person_confirms_and_the_vehicle_flies(stage: Stage)
         assert "Done." in await stage.decide("reject", dull["id"])
         assert (await call(client, "proposal", id=dull["id"]))["state"] == "rejected"
 
-    stage.play(play)
+        (flight,) = (await call(client, "report"))["report"]["flights"]
+        goal = flight["goals"][-1]
+        assert (goal["code"], goal["targets_enu_m"]) == ("SUCCESS", [[6.0, 0.0, 4.0]])
+        assert flight["highest_m"] == pytest.approx(4, abs=1)
+        assert flight["distance_m"] > 8
+
+    stage.play(play, "--tlog", str(stage.flight.folder))
 
 
 def test_the_rules_let_an_agent_fly_within_its_envelope_and_hold_and_no_further(
@@ -278,6 +284,7 @@ def test_hostile_calls_over_the_wire_move_nothing(stage: Stage) -> None:
                 if not reply.is_error and isinstance(reply.structured_content, dict):
                     ids.append(str(reply.structured_content.get("id", "")))
         assert (await call(client, "state"))["state"]["connected"]
+        assert (await call(client, "report"))["rejected"]["code"] == "NO_RECORDING"
 
     stage.play(play)
     heard = stage.flight.server.lines[line:]

@@ -48,6 +48,9 @@ def make_parser() -> argparse.ArgumentParser:
     serve.add_argument("--rules", type=Path, help="YAML file with the agents and their rules")
     serve.add_argument("--vehicle", default="", help="namespace of the vehicle")
     serve.add_argument(
+        "--tlog", type=Path, metavar="PATH", help="the server's recording, or its folder, to report"
+    )
+    serve.add_argument(
         "--server-timeout", type=float, default=30.0, metavar="S", help="longest wait for a server"
     )
     verbs.add_parser("proposals", help="show the proposals that wait")
@@ -123,7 +126,7 @@ async def _serve_agent(name: str, rules: AgentRules, options: argparse.Namespace
         view = VehicleView(vehicle.link, options.vehicle)
         book = ProposalBook(name, rules, uuid.uuid4().hex[:6])
         with tempfile.TemporaryDirectory(prefix="navigation_mcp-") as folder:
-            hands = VehicleHands(vehicle, name, view, book.finish, Path(folder))
+            hands = VehicleHands(vehicle, name, view, book.finish, Path(folder), options.tlog)
             calls = ToolCalls(book, hands)
             async with confirming(calls):
                 await serve(calls, metadata.version("drone_navigation"))

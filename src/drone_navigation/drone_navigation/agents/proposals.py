@@ -48,7 +48,7 @@ class ToolRejection(Exception):  # noqa: N818 - as the field's term has it
 
     Attributes:
         code: of GoalCode.msg, or INVALID_ARGUMENTS, RATE_LIMIT, UNKNOWN_PROPOSAL, NOT_WAITING,
-            OUTSIDE_ENVELOPE, VEHICLE_MOVED, NO_PICTURE.
+            OUTSIDE_ENVELOPE, VEHICLE_MOVED, NO_PICTURE, NO_RECORDING.
         message: a sentence.
         accepted: what would be accepted, for JSON; None if that is not known.
     """

@@ -46,6 +46,9 @@ class AgentHands(Protocol):
     async def draw(self, proposal: AgentProposal) -> Path:
         """Draw the rehearsed flight of a proposal; return the PNG file. Raises ToolRejection."""
 
+    async def report(self) -> object:
+        """Return the report of the newest recording, for JSON. Raises ToolRejection."""
+
     async def hold(self) -> None:
         """Hold now. Raises ToolRejection."""
 
@@ -122,6 +125,8 @@ _READ = {
     "boxes as x, y, half length, half width, yaw (rad), bottom, top.",
     "bounds": "Flight volume and fence, in m in the map, heights above home; and the envelope that "
     "no proposal may leave.",
+    "report": "Report of the newest recording: distance, heights, speed, battery, tracking errors, "
+    "goals with their codes, warnings; units stand in the names, times are s from its beginning.",
     "events": "The last goals of all clients: accepted, rejected and ended, with codes.",
 }
 _MOVES = {
@@ -199,6 +204,8 @@ class ToolCalls:
             _read(_NOTHING, arguments)
             if name == "proposals":
                 return {"proposals": [each.value() for each in self._book.all(now)]}
+            if name == "report":
+                return {name: await self._hands.report()}
             return {name: self._bounds() if name == "bounds" else self._hands.read(name)}
         names = [tool.name for tool in tools()]
         raise ToolRejection("INVALID_ARGUMENTS", "There is no such tool.", {"tools": names})

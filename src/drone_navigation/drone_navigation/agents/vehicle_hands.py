@@ -28,6 +28,7 @@ from drone_navigation.console.page_types import JsonObject
 from drone_navigation.programs.async_vehicle import AsyncVehicle
 from drone_navigation.programs.errors import NavigationError
 from drone_navigation.programs.flown_goal import FlownGoal
+from flight_logs.errors import LogError
 from flight_reports.planned_flight import PlannedFlight
 from navigation_core.geometry import Vector3
 
@@ -50,6 +51,7 @@ class VehicleHands:
         view: VehicleView,
         finish: Callable[[AgentProposal, str, str], None],
         pictures: Path,
+        recordings: Path | None,
     ) -> None:
         """Use it.
 
@@ -59,12 +61,14 @@ class VehicleHands:
             view: what is seen of it.
             finish: gets the end of a flight: its code and a sentence.
             pictures: folder for pictures.
+            recordings: the server's recording, or the folder of them; None if there is none.
         """
         self._vehicle = vehicle
         self._agent = agent
         self._view = view
         self._finish = finish
         self._pictures, self._drawing = pictures, asyncio.Lock()
+        self._recordings, self._reading = recordings, asyncio.Lock()
         self._numbers = itertools.count(1)
         self._flights: set[asyncio.Task[None]] = set()
 
@@ -98,6 +102,18 @@ class VehicleHands:
         motion = self._view.value("motion") or {}
         moves = {"speed_m_s": motion.get("speed"), "climb_m_s": motion.get("climb")}
         return {**state, **moves, "home": self._view.value("home")}
+
+    async def report(self) -> object:
+        """Return the report of the newest recording, for JSON.
+
+        Raises:
+            ToolRejection: there is none, or it cannot be read.
+        """
+        async with self._reading:
+            try:
+                return await asyncio.to_thread(_report, self._recordings)
+            except (LogError, OSError) as error:
+                raise ToolRejection("NO_RECORDING", str(error)) from None
 
     async def hold(self) -> None:
         """Hold now."""
@@ -225,6 +241,21 @@ class VehicleHands:
             laps=act.laps,
             avoid=act.avoid_obstacles,
         )
+
+
+def _report(recordings: Path | None) -> JsonObject:
+    """Raises LogError and OSError."""
+    from flight_reports.report_values import report_values  # noqa: PLC0415 - seldom
+
+    if recordings is None:
+        raise LogError("This agent was started without --tlog.")
+    newest = recordings
+    if recordings.is_dir():
+        found = sorted(recordings.glob("*.tlog"), key=lambda path: path.stat().st_mtime)
+        if not found:
+            raise LogError(f"There is no tlog in {recordings}.")
+        newest = found[-1]
+    return {"recording": str(newest), "flights": report_values(newest)}
 
 
 def _draw(scene: PlannedFlight, picture: Path) -> None:
