@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev setup-extras build setup-nav2 demo demo-rover demo-fleet demo-nav2 demo-video console plot report test test-all test-arm64 test-kilted test-night explore bench shape lint lock pages wheels version clean distclean
+.PHONY: help setup setup-dev setup-extras build setup-nav2 demo demo-rover demo-fleet demo-agent demo-nav2 demo-video console plot report test test-all test-arm64 test-kilted test-night explore bench shape lint lock pages wheels version clean distclean
 
 # Prefix of commands that need the environment.
 ENTER := source ./setup.bash &&
@@ -38,6 +38,9 @@ demo-rover: setup ## The same with a rover; leaves out/demo-rover/
 
 demo-fleet: setup-dev ## Fly eight copters through one point, one of them paused; leaves out/demo-fleet/
 	@$(ENTER) python -m tests.fleets.demo
+
+demo-agent: setup-dev ## Have an agent rejected, then confirmed and flown; leaves a film in out/demo-agent/
+	@$(ENTER) python -m tests.agents.demo
 
 demo-nav2: setup-nav2 ## Offer a simulated vehicle to clients of Nav2 (ARGS="--vehicle rover")
 	@$(ENTER) python -m drone_navigation.demo_nav2 $(ARGS)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import random
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -63,6 +64,14 @@ class Hands:
 
     def fly(self, proposal: AgentProposal) -> None:
         self.flown.append(proposal)
+
+    async def draw(self, proposal: AgentProposal) -> Path:
+        if proposal.judgement is None or proposal.judgement.extent is None:
+            raise ToolRejection("NO_PICTURE", "The proposal was not rehearsed.")
+        return Path(f"{proposal.id}.png")
+
+    async def report(self) -> object:
+        return {"flights": []}
 
     async def hold(self) -> None:
         self.holds += 1
@@ -197,6 +206,17 @@ def test_an_old_confirmation_flies_nothing(
         book.confirm(proposal.id, "a person", (0.0, 0.0, 5.0), True, now)
 
 
+@pytest.mark.parametrize("act", [AgentReturn(), AgentLanding()])
+def test_a_return_that_leaves_the_envelope_waits_for_a_person_who_sees_that(act: AgentAct) -> None:
+    book, _ = book_with(Hands(random.Random(0)), envelope=ENVELOPE)
+    proposal = book.propose(act, 0.0)
+    extent = FlightExtent(9.0, 0.0, 15.0, 1.0, 9.0, 50.0, None)
+    assert not book.judge(proposal, Judgement("SUCCESS", "", extent, (0.0, 0.0, 5.0), True))
+    assert proposal.state is ProposalState.WAITING
+    assert proposal.message == "The flight would leave the agent's envelope: height 15.0 m."
+    assert proposal.value()["rehearsal"] == extent.value(), "the true heights are shown"
+
+
 def test_a_proposal_is_confirmed_once() -> None:
     book, _ = book_with(Hands(random.Random(0)))
     proposal = proposed(book)
@@ -212,13 +232,17 @@ def test_a_proposal_is_confirmed_once() -> None:
     [
         (AgentGoto(1.0, 2.0, 3.0), None, ProposalState.REJECTED),
         (AgentTakeoff(5.0), None, ProposalState.REJECTED),
+        # A take-off begins on the ground, whatever the lowest height is.
+        (AgentTakeoff(5.0), FlightExtent(9, 0, 5, 1, 9, 50.0, None), ProposalState.WAITING),
+        (AgentTakeoff(13.0), FlightExtent(9, 0, 13, 1, 9, 50.0, None), ProposalState.REJECTED),
+        (AgentLanding(), FlightExtent(9, 0, 9, 1, 9, 50.0, None), ProposalState.WAITING),
         (AgentLanding(), None, ProposalState.WAITING),
         (AgentReturn(), None, ProposalState.WAITING),
         (AgentGoto(1.0, 2.0, 3.0), FlightExtent(9, 2, 9, 1, 9, 50.0, None), ProposalState.WAITING),
         (AgentGoto(1.0, 2.0, 3.0), FlightExtent(9, 2, 13, 1, 9, 50.0, 5), ProposalState.REJECTED),
     ],
 )
-def test_nothing_leaves_the_envelope_of_an_agent_not_even_with_a_person(
+def test_nothing_but_a_return_leaves_the_envelope_of_an_agent_not_even_with_a_person(
     act: AgentAct, extent: FlightExtent | None, state: ProposalState
 ) -> None:
     book, _ = book_with(Hands(random.Random(0)), envelope=ENVELOPE)

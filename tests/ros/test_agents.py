@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import getpass
 import hashlib
+import os
 import random
+import signal
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -14,6 +17,8 @@ from typing import Any, TypeAlias
 import pytest
 import yaml
 from mcp import Client, StdioServerParameters
+from mcp.types import ImageContent
+from PIL import Image
 
 from tests.support.agents import hostile_calls
 from tests.support.processes import Process
@@ -114,6 +119,7 @@ async def until(client: Client, proposal: str, state: str) -> dict[str, Any]:
 
 
 def test_an_agent_proposes_a_person_confirms_and_the_vehicle_flies(stage: Stage) -> None:
+    stage.allow(waiting_max=5)
     stage.flight.ground()
 
     async def play(client: Client) -> None:
@@ -121,6 +127,8 @@ def test_an_agent_proposes_a_person_confirms_and_the_vehicle_flies(stage: Stage)
         assert named["goto"]["properties"]["z_m"]["maximum"] == 500
         assert (await call(client, "state"))["state"]["armed"] is False
 
+        for tool in ("land", "return"):
+            assert (await call(client, tool))["rejected"]["code"] == "NOT_FLYING"
         up = await call(client, "takeoff", height_m=4)
         assert up["arms_and_takes_off"]
         assert up["rehearsal"]["height_max_m"] == pytest.approx(4, abs=1)
@@ -139,7 +147,19 @@ def test_an_agent_proposes_a_person_confirms_and_the_vehicle_flies(stage: Stage)
         flown = there["rehearsal"]
         assert flown["radius_m"] == pytest.approx(6, abs=1.5)
         assert 0 < flown["speed_max_m_s"] < 10
+        drawn = await client.call_tool("picture", {"id": there["id"]})
+        (image,) = [each for each in drawn.content if isinstance(each, ImageContent)]
+        picture = Path((drawn.structured_content or {})["picture"])
+        assert base64.b64decode(image.data) == picture.read_bytes()
+        with Image.open(picture) as opened:
+            assert (opened.format, opened.size) == ("PNG", (900, 800))
+        assert (
+            len((await client.call_tool("picture", {"id": there["id"], "image": False})).content)
+            == 1
+        )
+        assert (await call(client, "picture", id="x"))["rejected"]["code"] == "UNKNOWN_PROPOSAL"
         shown = await stage.decide("confirm", there["id"], "yes")
+        assert f"picture: {picture}" in shown
         assert "m of the map origin" in shown
         ended = await until(client, there["id"], "ended")
         assert (ended["code"], ended["released_by"]) == ("SUCCESS", getpass.getuser())
@@ -160,11 +180,24 @@ def test_an_agent_proposes_a_person_confirms_and_the_vehicle_flies(stage: Stage)
         (volume,) = far["rejected"]["accepted"]["vehicle"]["flight_volume"]["areas"]
         assert 10 < volume["radius"] < 9000
 
+        down = (await call(client, "land"))["rehearsal"]
+        assert down["height_min_m"] == pytest.approx(0, abs=0.5)
+        assert down["radius_m"] == pytest.approx(6, abs=1.5)
+        back = (await call(client, "return"))["rehearsal"]
+        assert back["height_max_m"] > 10, "the autopilot climbs first"
+        assert back["duration_s"] > down["duration_s"]
+
         dull = await call(client, "goto", x_m=0, y_m=0, z_m=4)
         assert "Done." in await stage.decide("reject", dull["id"])
         assert (await call(client, "proposal", id=dull["id"]))["state"] == "rejected"
 
-    stage.play(play)
+        (flight,) = (await call(client, "report"))["report"]["flights"]
+        goal = flight["goals"][-1]
+        assert (goal["code"], goal["targets_enu_m"]) == ("SUCCESS", [[6.0, 0.0, 4.0]])
+        assert flight["highest_m"] == pytest.approx(4, abs=1)
+        assert flight["distance_m"] > 8
+
+    stage.play(play, "--tlog", str(stage.flight.folder))
 
 
 def test_the_rules_let_an_agent_fly_within_its_envelope_and_hold_and_no_further(
@@ -204,6 +237,39 @@ def test_an_agent_that_is_cut_off_leaves_a_holding_vehicle(stage: Stage) -> None
     assert stage.flight.is_armed
 
 
+def process_of(stage: Stage) -> int:
+    """Return the id of the process that serves the agent, by the socket that it has opened."""
+    (path,) = Path(stage.environment["XDG_RUNTIME_DIR"]).glob("navigation_mcp-*/*.sock")
+    return int(path.stem)
+
+
+@pytest.mark.parametrize("sent", [signal.SIGKILL, signal.SIGSTOP])
+def test_the_vehicle_holds_once_the_process_of_an_agent_is_not_heard_any_more(
+    stage: Stage, sent: signal.Signals
+) -> None:
+    stage.allow(allow={"goto": WIDE})
+    stage.in_the_air()
+    server = stage.flight.server
+    assert server is not None
+    line = len(server.lines)
+
+    async def play(client: Client) -> None:
+        away = await call(client, "goto", x_m=0, y_m=-50, z_m=4, speed_m_s=0.5)
+        assert away["state"] == "flying"
+        await asyncio.sleep(8.0)  # longer than a lease: it is renewed
+        assert not [each for each in server.lines[line:] if "ended" in each]
+        os.kill(process_of(stage), sent)
+        ended = await asyncio.to_thread(server.wait_for, "ended: ", FLIGHT_TIMEOUT_S, after=line)
+        assert "ended: CLIENT_LOST" in ended
+        if sent is signal.SIGSTOP:
+            os.kill(process_of(stage), signal.SIGCONT)
+            assert (await until(client, away["id"], "ended"))["code"] == "CLIENT_LOST"
+
+    stage.play(play)
+    assert stage.flight.is_armed
+    assert stage.flight.call("hold").success
+
+
 def test_hostile_calls_over_the_wire_move_nothing(stage: Stage) -> None:
     assert stage.flight.server is not None
     line = len(stage.flight.server.lines)
@@ -218,6 +284,7 @@ def test_hostile_calls_over_the_wire_move_nothing(stage: Stage) -> None:
                 if not reply.is_error and isinstance(reply.structured_content, dict):
                     ids.append(str(reply.structured_content.get("id", "")))
         assert (await call(client, "state"))["state"]["connected"]
+        assert (await call(client, "report"))["rejected"]["code"] == "NO_RECORDING"
 
     stage.play(play)
     heard = stage.flight.server.lines[line:]

@@ -54,6 +54,7 @@ INTERRUPTED = {
     "demo": ((), "accepted"),
     "demo-rover": ((), "accepted"),
     "demo-fleet": ((), "pauses vehicle"),
+    "demo-agent": ((), "takes off"),
     "demo-nav2": (("ARGS=--serve",), "Ctrl-C ends it"),
     "console": (("ARGS=--no-browser --port 0",), "The console is at"),
 }

@@ -12,7 +12,7 @@ import numpy as np
 from flight_logs.command_version import add_version
 from flight_logs.whole_file import whole_file
 from flight_reports.flight_recording import FlightRecording, NoFlightError, read_recording
-from flight_reports.pictures import labels, scene
+from flight_reports.pictures import labels, scene, views
 from flight_reports.pictures.scene import ABOVE, Viewpoint
 from flight_reports.timeline import Timeline
 from navigation_core.mapping.obstacles import Obstacles
@@ -21,7 +21,6 @@ mpl.use("Agg")
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_rgb
 
 EXIT_OK = 0
 EXIT_FAILED = 1
@@ -59,7 +58,9 @@ def plot_flight(path: Path, picture: Path, system: int | None = None) -> FlightR
     grid = figure.add_gridspec(3, 2, width_ratios=(1.25, 1.0), height_ratios=(1.0, 1.0, 1.0))
     above = figure.add_subplot(grid[:2, 0])
     _draw_view(above, ABOVE, recording)
-    _draw_view(figure.add_subplot(grid[2, 0]), scene.side_view(recording), recording)
+    _draw_view(
+        figure.add_subplot(grid[2, 0]), scene.side_view(recording.positions_enu_m), recording
+    )
     altitude = figure.add_subplot(grid[0, 1])
     distance = figure.add_subplot(grid[1, 1], sharex=altitude)
     battery = figure.add_subplot(grid[2, 1], sharex=altitude)
@@ -119,28 +120,13 @@ def _draw_view(axes: Axes, view: Viewpoint, recording: FlightRecording) -> None:
     if len(recording.obstacles):
         passed, now = _all_of(recording.obstacles), recording.obstacles.values[-1]
         for obstacles, colour in ((passed, scene.GONE), (now, scene.OBSTACLE)):
-            scene.show_obstacles(
-                scene.draw_obstacles(axes), view, obstacles, heights_m,
-                np.array(to_rgb(colour)), recording.positions_enu_m,
-            )  # fmt: skip
+            path = recording.positions_enu_m
+            views.draw_obstacles(axes, view, obstacles, heights_m, colour, path)
     _draw_plans(axes, view, recording)
-    places = view.points(recording.positions_enu_m)
-    axes.plot(*places, color=scene.TRACK, linewidth=2.0, label="flown")
-    axes.plot(*(part[:1] for part in places), "o", color=scene.TRACK, label="start")
-    _draw_goals(axes, view, recording)
-    view.label(axes)
-    if view is not ABOVE:
-        axes.set_title(view.name, color=scene.INK, fontsize=11, loc="left")
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.update_datalim(np.stack(view.points(np.array([low, high])), axis=-1))
-    axes.margins(0.0)
-    axes.autoscale_view()
-    axes.grid(alpha=0.3)
-    if view is ABOVE:
-        # Beside the title, as within the picture it would hide something.
-        axes.set_title(view.name, color=scene.INK, fontsize=11, loc="left")
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=8,
-                    frameon=False, borderaxespad=0.2)  # fmt: skip
+    views.draw_path(axes, view, recording.positions_enu_m, "flown")
+    targets = [target for _, goal in recording.goals for target in goal.targets_enu_m]
+    views.draw_targets(axes, view, targets)
+    views.frame(axes, view, low, high)
 
 
 def _all_of(obstacles: Timeline[Obstacles]) -> Obstacles:
@@ -162,14 +148,6 @@ def _draw_plans(axes: Axes, view: Viewpoint, recording: FlightRecording) -> None
         place = view.points(recording.positions_enu_m[index])
         axes.plot(*place, "D", color=scene.PLAN, markersize=5,
                   label="replanned" if number == 0 else None)  # fmt: skip
-
-
-def _draw_goals(axes: Axes, view: Viewpoint, recording: FlightRecording) -> None:
-    targets = [target for _, goal in recording.goals for target in goal.targets_enu_m]
-    for number, target in enumerate(targets):
-        x, y = (float(part[0]) for part in view.points((target,)))
-        axes.plot(x, y, "x", color=scene.GOAL, markersize=10, markeredgewidth=2.5,
-                  label="goals" if number == 0 else None)  # fmt: skip
 
 
 def _name_goals(axes: Axes, recording: FlightRecording) -> None:

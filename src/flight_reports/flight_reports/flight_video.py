@@ -76,12 +76,12 @@ def make_video(log: Path, mp4: Path, gif: Path, system: int | None = None) -> No
     progress = _Progress(time.monotonic, len(playback.times_s()))
     mp4.parent.mkdir(parents=True, exist_ok=True)
     writer = _mp4_writer(mp4)
-    palette = _palette()
+    shown = palette()
     frames = []
     try:
         for picture in film.pictures(playback):
             small = Image.fromarray(picture).resize(_GIF_SIZE_PX, Image.Resampling.LANCZOS)
-            frames.append(small.quantize(palette=palette, dither=Image.Dither.NONE))
+            frames.append(small.quantize(palette=shown, dither=Image.Dither.NONE))
             if writer is not None:
                 writer.send(picture)
             progress.step()
@@ -99,7 +99,7 @@ def make_video(log: Path, mp4: Path, gif: Path, system: int | None = None) -> No
     writer.close()
 
 
-def _palette() -> Image.Image:
+def palette() -> Image.Image:
     """Return the colours of a GIF: those of the pictures, and what lies between them."""
     whole = np.array([to_rgb(colour) for colour in scene.COLOURS])
     share = np.linspace(1.0, 0.0, _SHADES, endpoint=False)[:, None, None]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from navigation_bridge.requests.external_positions import ExternalPositions
 from navigation_bridge.requests.feature import Feature
+from navigation_bridge.requests.goal_leases import GoalLeases
 from navigation_bridge.requests.goal_origins import GoalOrigins
 from navigation_bridge.requests.gps_corrections import GpsCorrections
 from navigation_bridge.requests.landing_targets import LandingTargets
@@ -20,6 +21,7 @@ __all__ = ["FEATURES"]
 FEATURES: tuple[type[Feature], ...] = (
     StorageRequests,
     ExternalPositions,
+    GoalLeases,
     GoalOrigins,
     GpsCorrections,
     LogRequests,

@@ -22,7 +22,8 @@ from drone_navigation.agents.tool_calls import ToolCalls
 __all__ = ["FolderError", "ask_all", "confirming"]
 
 _LONGEST_BYTES = 65536
-_ANSWER_S = 10.0
+_ANSWER_S = 60.0
+"""A picture takes a while on a slow computer"""
 
 
 class FolderError(Exception):
@@ -54,7 +55,8 @@ async def confirming(calls: ToolCalls) -> AsyncIterator[None]:
         with contextlib.suppress(OSError, ValueError, asyncio.TimeoutError):
             line = await asyncio.wait_for(reader.readline(), _ANSWER_S)
             now = asyncio.get_running_loop().time()
-            writer.write(json.dumps(_answer(calls, json.loads(line), now)).encode() + b"\n")
+            answered = await _answer(calls, json.loads(line), now)
+            writer.write(json.dumps(answered).encode() + b"\n")
             await writer.drain()
         writer.close()
 
@@ -66,9 +68,11 @@ async def confirming(calls: ToolCalls) -> AsyncIterator[None]:
         path.unlink(missing_ok=True)
 
 
-def _answer(calls: ToolCalls, asked: Any, now: float) -> Mapping[str, object]:
+async def _answer(calls: ToolCalls, asked: Any, now: float) -> Mapping[str, object]:
     verb, proposal_id, by = asked.get("verb"), str(asked.get("id")), str(asked.get("by"))
     try:
+        if verb == "picture":
+            return {"picture": str(await calls.picture(proposal_id, now))}
         if verb == "confirm":
             calls.confirm(proposal_id, by, now)
         elif verb == "reject":

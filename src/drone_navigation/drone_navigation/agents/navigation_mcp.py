@@ -11,6 +11,7 @@ import getpass
 import os
 import signal
 import sys
+import tempfile
 import uuid
 from importlib import metadata
 from pathlib import Path
@@ -46,6 +47,9 @@ def make_parser() -> argparse.ArgumentParser:
     serve = verbs.add_parser("serve", help="serve one agent over standard input and output")
     serve.add_argument("--rules", type=Path, help="YAML file with the agents and their rules")
     serve.add_argument("--vehicle", default="", help="namespace of the vehicle")
+    serve.add_argument(
+        "--tlog", type=Path, metavar="PATH", help="the server's recording, or its folder, to report"
+    )
     serve.add_argument(
         "--server-timeout", type=float, default=30.0, metavar="S", help="longest wait for a server"
     )
@@ -118,12 +122,14 @@ async def _serve_agent(name: str, rules: AgentRules, options: argparse.Namespace
     assert task is not None
     for number in (signal.SIGINT, signal.SIGTERM):
         asyncio.get_running_loop().add_signal_handler(number, task.cancel)
-    async with AsyncVehicle(options.vehicle, options.server_timeout) as vehicle:
+    async with AsyncVehicle(options.vehicle, options.server_timeout, leased=True) as vehicle:
         view = VehicleView(vehicle.link, options.vehicle)
         book = ProposalBook(name, rules, uuid.uuid4().hex[:6])
-        calls = ToolCalls(book, VehicleHands(vehicle, name, view, book.finish))
-        async with confirming(calls):
-            await serve(calls, metadata.version("drone_navigation"))
+        with tempfile.TemporaryDirectory(prefix="navigation_mcp-") as folder:
+            hands = VehicleHands(vehicle, name, view, book.finish, Path(folder), options.tlog)
+            calls = ToolCalls(book, hands)
+            async with confirming(calls):
+                await serve(calls, metadata.version("drone_navigation"))
 
 
 # --- the person ------------------------------------------------------------------------------
@@ -159,6 +165,9 @@ def _agrees(proposal: dict[str, Any]) -> bool:
     if not sys.stdin.isatty():
         print("A proposal is confirmed on a terminal only.", file=sys.stderr)
         return False
+    for answer in ask_all({"verb": "picture", "id": proposal["id"]}):
+        if "picture" in answer:
+            print(f"  picture: {answer['picture']}")
     return input("Type yes to fly it: ").strip() == "yes"
 
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import itertools
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from drone_navigation.agents.acts import AgentAct
 from drone_navigation.agents.envelopes import FlightExtent, breaches
 from drone_navigation.agents.rules import AgentRules
+from flight_reports.planned_flight import PlannedFlight
 from navigation_core.geometry import Vector3, distance
 
 __all__ = ["AgentProposal", "Judgement", "ProposalBook", "ProposalState", "ToolRejection"]
@@ -22,6 +23,10 @@ WAITS_S = 300.0
 """A proposal that nobody confirms is given up after this time"""
 MOVED_MAX_M = 3.0
 """Of the vehicle, from where a flight was rehearsed"""
+_LOWERING = ("land", "return")
+"""They end a flight: whatever they leave, a person may confirm them"""
+_GROUNDED = ("takeoff", *_LOWERING)
+"""They begin or end on the ground: a lowest height is not about them"""
 _KEPT = 50
 _MINUTE_S = 60.0
 
@@ -43,7 +48,7 @@ class ToolRejection(Exception):  # noqa: N818 - as the field's term has it
 
     Attributes:
         code: of GoalCode.msg, or INVALID_ARGUMENTS, RATE_LIMIT, UNKNOWN_PROPOSAL, NOT_WAITING,
-            OUTSIDE_ENVELOPE, VEHICLE_MOVED.
+            OUTSIDE_ENVELOPE, VEHICLE_MOVED, NO_PICTURE, NO_RECORDING.
         message: a sentence.
         accepted: what would be accepted, for JSON; None if that is not known.
     """
@@ -63,6 +68,7 @@ class Judgement:
         extent: of the flight, if it was rehearsed.
         position_enu_m: where it begins.
         is_flying: whether the vehicle is armed and off the ground.
+        scene: of the flight, for its picture, if it was rehearsed.
     """
 
     code: str
@@ -70,6 +76,7 @@ class Judgement:
     extent: FlightExtent | None = None
     position_enu_m: Vector3 | None = None
     is_flying: bool = False
+    scene: PlannedFlight | None = None
 
 
 @dataclass
@@ -100,7 +107,7 @@ class AgentProposal:
     @property
     def arms(self) -> bool:
         """Whether the vehicle would be armed and leave the ground for it."""
-        starts = self.act.kind not in ("land", "return")
+        starts = self.act.kind not in _LOWERING
         return starts and not (self.judgement is not None and self.judgement.is_flying)
 
     def value(self) -> dict[str, object]:
@@ -182,20 +189,23 @@ class ProposalBook:
         if proposal.state is not ProposalState.REHEARSING:
             return False
         proposal.judgement = judgement
-        extent = judgement.extent
+        kind, extent = proposal.act.kind, judgement.extent
+        if extent and kind in _GROUNDED:
+            extent = replace(extent, height_min_m=extent.height_max_m)
         if judgement.code not in ("", "SUCCESS"):
             self._move(proposal, ProposalState.REJECTED, judgement.code, judgement.message)
             return False
-        limits, lowers = self._rules.envelope, proposal.act.kind in ("land", "return")
+        limits, text = self._rules.envelope, ""
         beyond = breaches(extent, limits) if extent and limits else ()
-        if limits and not extent and not lowers:
+        if limits and not extent:
             beyond = (f"it is unknown. {judgement.message}",)
         if beyond:
             text = f"The flight would leave the agent's envelope: {', '.join(beyond)}."
+        if beyond and kind not in _LOWERING:
             self._move(proposal, ProposalState.REJECTED, "OUTSIDE_ENVELOPE", text)
             return False
-        self._move(proposal, ProposalState.WAITING)
-        allowed = self._rules.allow.get(proposal.act.kind)
+        self._move(proposal, ProposalState.WAITING, "", text)
+        allowed = self._rules.allow.get(kind)
         if allowed is None or extent is None or not judgement.is_flying:
             return False
         if why := breaches(extent, allowed):

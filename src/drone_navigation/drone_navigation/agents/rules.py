@@ -23,7 +23,7 @@ from navigation_bridge.configuration.checked_values import (
 __all__ = ["ALONE", "AgentRules", "RulesError", "find_agent", "read_rules"]
 
 ALONE = ("goto", "route", "orbit")
-"""Acts that may be allowed without a person: those that are rehearsed. None of them arms"""
+"""Acts that may be allowed without a person: in the air, from there to there"""
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,30}")
 _HASH = re.compile(r"[0-9a-f]{64}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import json
 from collections.abc import Mapping
 from typing import Any
@@ -36,8 +37,12 @@ async def serve(calls: ToolCalls, version: str) -> None:
         now = asyncio.get_running_loop().time()
         reply = await calls.call(asked.name, asked.arguments, now)
         value = _finite(reply.value)
+        content: list[types.ContentBlock] = [types.TextContent(type="text", text=json.dumps(value))]
+        if reply.picture is not None:
+            data = base64.b64encode(await asyncio.to_thread(reply.picture.read_bytes)).decode()
+            content.append(types.ImageContent(type="image", data=data, mime_type="image/png"))
         return types.CallToolResult(
-            content=[types.TextContent(type="text", text=json.dumps(value))],
+            content=content,
             structured_content=value,
             is_error=reply.rejected,
         )

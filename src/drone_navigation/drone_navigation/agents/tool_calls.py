@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol, TypeVar
 
 from drone_navigation.agents.acts import ACTS, AgentAct
@@ -15,6 +16,7 @@ from drone_navigation.agents.proposals import (
     ToolRejection,
 )
 from navigation_bridge.configuration.checked_values import (
+    FLAG,
     InvalidValueError,
     Kind,
     Schema,
@@ -41,6 +43,12 @@ class AgentHands(Protocol):
     def fly(self, proposal: AgentProposal) -> None:
         """Begin what was released."""
 
+    async def draw(self, proposal: AgentProposal) -> Path:
+        """Draw the rehearsed flight of a proposal; return the PNG file. Raises ToolRejection."""
+
+    async def report(self) -> object:
+        """Return the report of the newest recording, for JSON. Raises ToolRejection."""
+
     async def hold(self) -> None:
         """Hold now. Raises ToolRejection."""
 
@@ -61,10 +69,17 @@ class AgentHands(Protocol):
 
 @dataclass(frozen=True)
 class ToolReply:
-    """Answer to a call: values for JSON, and whether the call was rejected."""
+    """Answer to a call.
+
+    Attributes:
+        value: for JSON.
+        rejected: whether the call was rejected.
+        picture: a PNG file to show, or None.
+    """
 
     value: Mapping[str, object]
     rejected: bool = False
+    picture: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -95,14 +110,23 @@ class _ProposalQuestion:
     wait_s: float = member(number(0, 60), text="s to wait for a change of its state", default=0.0)
 
 
+@dataclass(frozen=True)
+class _PictureQuestion:
+    id: str = member(text(100), text="of the proposal")
+    image: bool = member(FLAG, text="whether the answer has the image, too", default=True)
+
+
 _NOTHING: Kind[_NoArguments] = record(_NoArguments)
 _QUESTION: Kind[_ProposalQuestion] = record(_ProposalQuestion)
+_PICTURE: Kind[_PictureQuestion] = record(_PictureQuestion)
 _READ = {
     "state": "Mode, armed, battery, position in m in the map (east, north, up), and so on.",
     "obstacles": "Known and sensed obstacles, in m in the map: posts as x, y, radius, bottom, top; "
     "boxes as x, y, half length, half width, yaw (rad), bottom, top.",
     "bounds": "Flight volume and fence, in m in the map, heights above home; and the envelope that "
     "no proposal may leave.",
+    "report": "Report of the newest recording: distance, heights, speed, battery, tracking errors, "
+    "goals with their codes, warnings; units stand in the names, times are s from its beginning.",
     "events": "The last goals of all clients: accepted, rejected and ended, with codes.",
 }
 _MOVES = {
@@ -127,6 +151,13 @@ def tools() -> list[AgentTool]:
         *found,
         AgentTool("proposals", "All proposals of this session.", _NOTHING.schema, False),
         AgentTool("proposal", "State and end of a proposal.", _QUESTION.schema, False),
+        AgentTool(
+            "picture",
+            "Picture of the flight that was rehearsed for a proposal, as a PNG file: path, "
+            "obstacles, fence and flight volume.",
+            _PICTURE.schema,
+            False,
+        ),
         AgentTool(
             "hold",
             "End the goal, whoever has sent it, and hold the position now. Always allowed.",
@@ -157,6 +188,8 @@ class ToolCalls:
                 await self._hands.hold()
                 return ToolReply({"message": "The vehicle holds."})
             self._book.count_call(now)
+            if name == "picture":
+                return await self._picture(_read(_PICTURE, arguments), now)
             return ToolReply(await self._serve(name, arguments, now))
         except ToolRejection as error:
             about = {"code": error.code, "message": error.message}
@@ -171,6 +204,8 @@ class ToolCalls:
             _read(_NOTHING, arguments)
             if name == "proposals":
                 return {"proposals": [each.value() for each in self._book.all(now)]}
+            if name == "report":
+                return {name: await self._hands.report()}
             return {name: self._bounds() if name == "bounds" else self._hands.read(name)}
         names = [tool.name for tool in tools()]
         raise ToolRejection("INVALID_ARGUMENTS", "There is no such tool.", {"tools": names})
@@ -201,6 +236,10 @@ class ToolCalls:
             self._book.all(now)
         return proposal.value()
 
+    async def _picture(self, asked: _PictureQuestion, now: float) -> ToolReply:
+        picture = await self._hands.draw(self._book.get(asked.id, now))
+        return ToolReply({"picture": str(picture)}, picture=picture if asked.image else None)
+
     # --- the person ----------------------------------------------------------------------
 
     def waiting(self, now: float) -> list[Mapping[str, object]]:
@@ -225,6 +264,14 @@ class ToolCalls:
         """
         position, is_flying = self._hands.position_enu_m, self._hands.is_flying
         self._hands.fly(self._book.confirm(proposal_id, by, position, is_flying, now))
+
+    async def picture(self, proposal_id: str, now: float) -> Path:
+        """Return the picture of a proposal, a PNG file.
+
+        Raises:
+            ToolRejection: there is none.
+        """
+        return await self._hands.draw(self._book.get(proposal_id, now))
 
     def reject(self, proposal_id: str, by: str, now: float) -> None:
         """Reject a proposal.

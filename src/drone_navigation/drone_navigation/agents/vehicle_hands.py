@@ -7,6 +7,7 @@ import contextlib
 import itertools
 from collections.abc import Callable
 from dataclasses import asdict
+from pathlib import Path
 
 from drone_navigation.agents.acts import (
     AgentAct,
@@ -20,12 +21,15 @@ from drone_navigation.agents.acts import (
 )
 from drone_navigation.agents.envelopes import extent_of
 from drone_navigation.agents.proposals import AgentProposal, Judgement, ToolRejection
+from drone_navigation.agents.rehearsed_scenes import scene_of
 from drone_navigation.agents.vehicle_view import VehicleView
 from drone_navigation.console.messages import PageWaypoint, Rehearse
 from drone_navigation.console.page_types import JsonObject
 from drone_navigation.programs.async_vehicle import AsyncVehicle
 from drone_navigation.programs.errors import NavigationError
 from drone_navigation.programs.flown_goal import FlownGoal
+from flight_logs.errors import LogError
+from flight_reports.planned_flight import PlannedFlight
 from navigation_core.geometry import Vector3
 
 __all__ = ["VehicleHands"]
@@ -46,6 +50,8 @@ class VehicleHands:
         agent: str,
         view: VehicleView,
         finish: Callable[[AgentProposal, str, str], None],
+        pictures: Path,
+        recordings: Path | None,
     ) -> None:
         """Use it.
 
@@ -54,11 +60,15 @@ class VehicleHands:
             agent: its name, for the server's reports.
             view: what is seen of it.
             finish: gets the end of a flight: its code and a sentence.
+            pictures: folder for pictures.
+            recordings: the server's recording, or the folder of them; None if there is none.
         """
         self._vehicle = vehicle
         self._agent = agent
         self._view = view
         self._finish = finish
+        self._pictures, self._drawing = pictures, asyncio.Lock()
+        self._recordings, self._reading = recordings, asyncio.Lock()
         self._numbers = itertools.count(1)
         self._flights: set[asyncio.Task[None]] = set()
 
@@ -93,6 +103,18 @@ class VehicleHands:
         moves = {"speed_m_s": motion.get("speed"), "climb_m_s": motion.get("climb")}
         return {**state, **moves, "home": self._view.value("home")}
 
+    async def report(self) -> object:
+        """Return the report of the newest recording, for JSON.
+
+        Raises:
+            ToolRejection: there is none, or it cannot be read.
+        """
+        async with self._reading:
+            try:
+                return await asyncio.to_thread(_report, self._recordings)
+            except (LogError, OSError) as error:
+                raise ToolRejection("NO_RECORDING", str(error)) from None
+
     async def hold(self) -> None:
         """Hold now."""
         try:
@@ -103,16 +125,13 @@ class VehicleHands:
     async def rehearse(self, act: AgentAct) -> Judgement:
         """Rehearse an act, where the simulator can."""
         start = await self._position_soon()
-        if isinstance(act, AgentLanding | AgentReturn):
-            return Judgement("", "It is not rehearsed.", None, start, self.is_flying)
         if start is None:
             return Judgement("NO_POSITION", "The vehicle's position is not known.")
         if isinstance(act, AgentTakeoff) and self.is_flying:
             return Judgement("ALREADY_FLYING", "The vehicle is in the air.")
-        waypoints = _waypoints(act, start)
         order = Rehearse(
             self._view.vehicle,
-            tuple(PageWaypoint(w.position_enu_m, w.hold_s) for w in waypoints),
+            tuple(PageWaypoint(w.position_enu_m, w.hold_s) for w in _waypoints(act)),
             getattr(act, "speed_m_s", 0.0),
             getattr(act, "laps", 1),
             getattr(act, "avoid_obstacles", False),
@@ -130,12 +149,12 @@ class VehicleHands:
             with contextlib.suppress(RuntimeError):  # the loop is closed
                 loop.call_soon_threadsafe(put, message)
 
-        self._view.rehearse(order, tell)
+        self._view.rehearse(order, _steps(act), tell)
         try:
             answer = await asyncio.wait_for(result, _REHEARSAL_S)
         except asyncio.TimeoutError:
             answer = {"error": f"it took longer than {_REHEARSAL_S:g} s."}
-        return self._judge(answer, start)
+        return self._judge(act, answer, start)
 
     async def _position_soon(self) -> Vector3 | None:
         """Return where the vehicle is, as soon as it is known; None if it does not become so."""
@@ -145,7 +164,7 @@ class VehicleHands:
             await asyncio.sleep(_LOOK_S)
         return self.position_enu_m
 
-    def _judge(self, answer: JsonObject, start: Vector3) -> Judgement:
+    def _judge(self, act: AgentAct, answer: JsonObject, start: Vector3) -> Judgement:
         if "error" in answer:
             text = f"It could not be rehearsed: {answer['error']}"
             return Judgement("", text, None, start, self.is_flying)
@@ -154,7 +173,29 @@ class VehicleHands:
             return Judgement(flown["code"], flown["text"])
         lacks = answer.get("lacks") or ()
         text = flown["text"] + (f" Not considered: {', '.join(lacks)}." if lacks else "")
-        return Judgement(flown["code"], text, extent_of(flown), start, self.is_flying)
+        extent, targets = extent_of(flown), [w.position_enu_m for w in _waypoints(act)]
+        title = f"{act.sentence}\n{extent.sentence}"
+        scene = scene_of(title, flown, targets, self._view.value)
+        return Judgement(flown["code"], text, extent, start, self.is_flying, scene)
+
+    async def draw(self, proposal: AgentProposal) -> Path:
+        """Draw the flight of a proposal, once; return the PNG file.
+
+        Raises:
+            ToolRejection: it was not rehearsed, or the file cannot be written.
+        """
+        scene = proposal.judgement.scene if proposal.judgement else None
+        if scene is None:
+            raise ToolRejection("NO_PICTURE", "The proposal was not rehearsed.")
+        picture = self._pictures / f"{proposal.id}.png"
+        async with self._drawing:
+            if not picture.exists():
+                try:
+                    await asyncio.to_thread(_draw, scene, picture)
+                except OSError as error:
+                    text = f"It cannot be written: {error.strerror}."
+                    raise ToolRejection("NO_PICTURE", text) from None
+        return picture
 
     def fly(self, proposal: AgentProposal) -> None:
         """Begin what was released."""
@@ -202,20 +243,42 @@ class VehicleHands:
         )
 
 
-def _waypoints(
-    act: AgentTakeoff | AgentGoto | AgentRoute | AgentOrbit, start: Vector3
-) -> tuple[AgentWaypoint, ...]:
-    """Return the waypoints that a rehearsal flies.
+def _report(recordings: Path | None) -> JsonObject:
+    """Raises LogError and OSError."""
+    from flight_reports.report_values import report_values  # noqa: PLC0415 - seldom
 
-    Args:
-        act: what is rehearsed.
-        start: where the vehicle is, m in the map; a take-off is a goal above it.
-    """
-    if isinstance(act, AgentTakeoff):
-        east, north, up = start
-        return (AgentWaypoint(east, north, up + act.height_m),)
+    if recordings is None:
+        raise LogError("This agent was started without --tlog.")
+    newest = recordings
+    if recordings.is_dir():
+        found = sorted(recordings.glob("*.tlog"), key=lambda path: path.stat().st_mtime)
+        if not found:
+            raise LogError(f"There is no tlog in {recordings}.")
+        newest = found[-1]
+    return {"recording": str(newest), "flights": report_values(newest)}
+
+
+def _draw(scene: PlannedFlight, picture: Path) -> None:
+    from flight_reports.rehearsal_plot import plot_planned  # noqa: PLC0415 - imports matplotlib
+
+    plot_planned(scene, picture)
+
+
+def _waypoints(act: AgentAct) -> tuple[AgentWaypoint, ...]:
+    """Return the waypoints that a rehearsal flies; none for an act that is a step of a plan."""
     if isinstance(act, AgentRoute):
         return act.waypoints
     if isinstance(act, AgentGoto):
         return (AgentWaypoint(act.x_m, act.y_m, act.z_m),)
-    return (AgentWaypoint(act.x_m, act.y_m, act.height_m),)
+    if isinstance(act, AgentOrbit):
+        return (AgentWaypoint(act.x_m, act.y_m, act.height_m),)
+    return ()
+
+
+def _steps(act: AgentAct) -> tuple[JsonObject, ...]:
+    """Return the steps that a rehearsal flies instead of waypoints, as `flight_rehearsal` has."""
+    if isinstance(act, AgentTakeoff):
+        return ({"kind": act.kind, "height": act.height_m},)
+    if isinstance(act, AgentLanding | AgentReturn):
+        return ({"kind": act.kind},)
+    return ()

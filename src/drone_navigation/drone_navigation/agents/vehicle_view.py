@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,6 +31,7 @@ class _Asked:
     """A rehearsal that waits for what it needs."""
 
     order: Rehearse
+    steps: Sequence[Mapping[str, object]]
     tell: Callable[[JsonObject], None]
     until_s: float = math.inf
 
@@ -81,9 +82,14 @@ class VehicleView:
         status = self.value("status") or {}
         return bool(status.get("armed")) and status.get("landed") == "in the air"
 
-    def rehearse(self, order: Rehearse, tell: Callable[[JsonObject], None]) -> None:
-        """Rehearse an order; ``tell`` gets the result in the thread of ROS."""
-        self._post(lambda: self._waiting.append(_Asked(order, tell)))
+    def rehearse(
+        self,
+        order: Rehearse,
+        steps: Sequence[Mapping[str, object]],
+        tell: Callable[[JsonObject], None],
+    ) -> None:
+        """Rehearse an order, or steps instead; ``tell`` gets the result in the thread of ROS."""
+        self._post(lambda: self._waiting.append(_Asked(order, steps, tell)))
 
     # --- the thread of ROS ---------------------------------------------------------------
 
@@ -111,7 +117,7 @@ class VehicleView:
             if known.server:
                 by = f"agent {asked.order.number}"
                 self._rehearsals.begin(
-                    by, asked.order, known.values, asked.tell, known.lacks, lose_link=False
+                    by, asked.order, known.values, asked.tell, known.lacks, False, asked.steps
                 )
             else:
                 asked.tell({"error": _UNKNOWN})

@@ -40,15 +40,20 @@ class AsyncVehicle:
         origin: the program's name for itself, for the goals to come; empty for none.
     """
 
-    def __init__(self, name: str = "", timeout_s: float = 10.0, origin: str = "") -> None:
+    def __init__(
+        self, name: str = "", timeout_s: float = 10.0, origin: str = "", leased: bool = False
+    ) -> None:
         """Prepare.
 
         Args:
             name: namespace of the vehicle, for a server of several.
             timeout_s: longest wait for the server.
             origin: the program's name for itself, which the server reports with its goals.
+            leased: whether the server ends the goals, and the vehicle holds, once the process is
+                not heard for 5 s: killed, stopped, or cut off.
         """
         self.origin = origin
+        self._leased = leased
         self._name = name
         self._timeout_s = timeout_s
         self._opened: ServerLink | None = None
@@ -125,7 +130,7 @@ class AsyncVehicle:
     # --- goals ---------------------------------------------------------------------------
 
     def _fly(self, goal: ClientGoal) -> FlownGoal:
-        return self._keep(FlownGoal(self.link, goal, self.origin))
+        return self._keep(FlownGoal(self.link, goal, self.origin, self._leased))
 
     def _keep(self, goal: _Goal) -> _Goal:
         self._flown = [each for each in self._flown if not each.is_over]
@@ -225,7 +230,7 @@ class AsyncVehicle:
 
     def steer(self, speed_m_s: float = 0.0) -> Steering:
         """Follow velocities that the program gives by `Steering.move`; until it is cancelled."""
-        return self._keep(Steering(self.link, speed_m_s, self.origin))
+        return self._keep(Steering(self.link, speed_m_s, self.origin, self._leased))
 
     # --- requests ------------------------------------------------------------------------
 

@@ -24,9 +24,11 @@ class BlockingVehicle:
     feedback, or call its methods. Ctrl-C cancels the goal that is waited for.
     """
 
-    def __init__(self, name: str = "", timeout_s: float = 10.0, origin: str = "") -> None:
+    def __init__(
+        self, name: str = "", timeout_s: float = 10.0, origin: str = "", leased: bool = False
+    ) -> None:
         """Prepare; as the other."""
-        self._vehicle = AsyncVehicle(name, timeout_s, origin)
+        self._vehicle = AsyncVehicle(name, timeout_s, origin, leased)
         self._loop = asyncio.new_event_loop()
 
     def __enter__(self) -> BlockingVehicle:

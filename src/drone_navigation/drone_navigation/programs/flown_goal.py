@@ -28,13 +28,16 @@ class FlownGoal:
     Where the waiting task is cancelled, so is the goal.
     """
 
-    def __init__(self, link: ServerLink, client_goal: ClientGoal, origin: str = "") -> None:
+    def __init__(
+        self, link: ServerLink, client_goal: ClientGoal, origin: str = "", leased: bool = False
+    ) -> None:
         """Send it at once; called in the event loop.
 
         Args:
             link: to the server.
             client_goal: what is sent.
             origin: the program's name for itself; empty for none.
+            leased: whether the server ends it once this process is not heard any more.
         """
         self._link = link
         self._loop = asyncio.get_running_loop()
@@ -44,12 +47,12 @@ class FlownGoal:
         self._news = asyncio.Event()
         self._tracked: TrackedGoal | None = None
         self._cancels = False
-        link.post(partial(self._send, client_goal, origin))
+        link.post(partial(self._send, client_goal, origin, leased))
 
     # --- the thread of ROS ---------------------------------------------------------------
 
-    def _send(self, client_goal: ClientGoal, origin: str) -> None:
-        self._tracked = self._link.send(client_goal, self, origin)
+    def _send(self, client_goal: ClientGoal, origin: str, leased: bool) -> None:
+        self._tracked = self._link.send(client_goal, self, origin, leased)
         self._tracked.cancels = self._cancels
 
     def _cancel(self) -> None:

@@ -6,6 +6,7 @@ are called there and pass them on to the thread that waits for them.
 
 from __future__ import annotations
 
+import math
 import queue
 import threading
 import time
@@ -49,6 +50,8 @@ _ANSWER_S = 30.0
 _REASON_S = 5.0
 """The reason of a rejection comes on its own topic, usually before the rejection itself"""
 _CLOSE_S = 5.0
+_LEASE_PERIOD_S = 1.0
+"""A leased goal ends 5 s after its last lease"""
 _ENDED = NavigationError(NO_SERVER, "The vehicle's 'with' block has ended, and so its connection.")
 
 
@@ -84,6 +87,7 @@ class TrackedGoal:
         listener: hears of it.
         origin: the program's name for itself, reported with the first feedback; empty for none.
         find_until_s: when its action is given up, while it is not sent.
+        lease_due_s: when its lease is to be renewed; infinite for a goal without one.
         sent: once it is sent.
         cancels: whether it is to be cancelled.
         watch: of the server, while it is flown.
@@ -93,6 +97,7 @@ class TrackedGoal:
     listener: GoalListener
     origin: str
     find_until_s: float
+    lease_due_s: float
     sent: SentGoal | None = None
     cancels: bool = False
     watch: ServerWatch = field(default_factory=ServerWatch)
@@ -141,6 +146,9 @@ class ServerLink:
         self._rejections = Rejections(self._node)
         self._origins = self._node.create_publisher(
             String, f"{SERVER_NODE_NAME}/goal_origin", STREAM_QOS
+        )
+        self._leases = self._node.create_publisher(
+            String, f"{SERVER_NODE_NAME}/goal_lease", STREAM_QOS
         )
         self._guests: list[LinkGuest] = []
         self._numbers = 0
@@ -233,7 +241,11 @@ class ServerLink:
             self.knows_obstacles = True
 
     def send(
-        self, client_goal: ClientGoal, listener: GoalListener, origin: str = ""
+        self,
+        client_goal: ClientGoal,
+        listener: GoalListener,
+        origin: str = "",
+        leased: bool = False,
     ) -> TrackedGoal:
         """Send a goal once its action is found, and follow it to its end.
 
@@ -241,6 +253,7 @@ class ServerLink:
             client_goal: what is sent.
             listener: hears of it.
             origin: the program's name for itself; empty for none.
+            leased: whether the server ends it once this process is not heard any more.
         """
         if client_goal.name not in self._actions:
             client = ActionClient(
@@ -252,7 +265,9 @@ class ServerLink:
                 cancel_service_qos_profile=REQUEST_QOS,
             )
             self._actions[client_goal.name] = client
-        goal = TrackedGoal(client_goal, listener, origin, time.monotonic() + _FIND_S)
+        find_until_s = time.monotonic() + _FIND_S
+        lease_due_s = -math.inf if leased else math.inf
+        goal = TrackedGoal(client_goal, listener, origin, find_until_s, lease_due_s)
         self._goals.append(goal)
         return goal
 
@@ -261,6 +276,7 @@ class ServerLink:
         if goal.sent is None:
             return self._find(goal, now_s)
         sent = goal.sent
+        self._keep_lease(goal, sent, now_s)
         if sent.look(now_s) and sent.stage is GoalStage.OPEN:
             goal.watch.hear(now_s)
             goal.listener.accept()
@@ -270,6 +286,11 @@ class ServerLink:
         if end is not None:
             goal.listener.finish(end)
         return end is not None
+
+    def _keep_lease(self, goal: TrackedGoal, sent: SentGoal, now_s: float) -> None:
+        if now_s >= goal.lease_due_s:
+            self._leases.publish(String(data=sent.id))
+            goal.lease_due_s = now_s + _LEASE_PERIOD_S
 
     def _find(self, goal: TrackedGoal, now_s: float) -> bool:
         """Send a goal whose action is there; return whether it is given up."""
@@ -287,6 +308,7 @@ class ServerLink:
                 goal.listener.feed(telemetry)
 
             goal.sent = SentGoal(self._numbers, goal.client_goal, client, feed, now_s)
+            self._keep_lease(goal, goal.sent, now_s)
             return False
         elif now_s > goal.find_until_s:
             text = no_server(self._node, goal.client_goal.name)

@@ -23,9 +23,11 @@ class Steering(FlownGoal):
     after the server's `cmd_vel_timeout_s`.
     """
 
-    def __init__(self, link: ServerLink, speed_m_s: float, origin: str = "") -> None:
+    def __init__(
+        self, link: ServerLink, speed_m_s: float, origin: str = "", leased: bool = False
+    ) -> None:
         """Send the goal; the vehicle holds until the first velocity."""
-        super().__init__(link, velocity(speed_m_s), origin)
+        super().__init__(link, velocity(speed_m_s), origin, leased)
 
     async def move(
         self,

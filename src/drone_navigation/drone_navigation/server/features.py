@@ -15,6 +15,7 @@ from drone_navigation.server.storage.list_servers import ListServers
 from drone_navigation.server.storage.parameter_servers import ParameterServers
 from drone_navigation.server.subscribing.correction_topic import CorrectionTopic
 from drone_navigation.server.subscribing.external_odometry import ExternalOdometry
+from drone_navigation.server.subscribing.lease_topic import LeaseTopic
 from drone_navigation.server.subscribing.origin_topic import OriginTopic
 from drone_navigation.server.subscribing.sensor_topics import SensorTopics
 from drone_navigation.server.subscribing.target_topic import TargetTopic
@@ -37,6 +38,7 @@ FEATURE_SERVERS: tuple[Callable[[BridgeAccess], object], ...] = (
     PayloadServers,
     CorrectionTopic,
     ExternalOdometry,
+    LeaseTopic,
     OriginTopic,
     SensorTopics,
     SurveyServer,

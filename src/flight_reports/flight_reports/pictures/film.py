@@ -86,7 +86,7 @@ class Film:
         # Untyped in matplotlib.
         canvas: Any = FigureCanvasAgg(self._figure)
         self._canvas = canvas
-        side = scene.side_view(recording)
+        side = scene.side_view(recording.positions_enu_m)
         self._stages = [
             _Stage(self._figure.add_axes(_ABOVE_FRAME), ABOVE, recording, speedup),
             _Stage(self._figure.add_axes(_SIDE_FRAME), side, recording, speedup),

@@ -84,9 +84,9 @@ class Viewpoint:
 ABOVE = Viewpoint("Top view", 0, 1)
 
 
-def side_view(recording: FlightRecording) -> Viewpoint:
-    """Return the side view that shows the longer path."""
-    extent = np.ptp(recording.positions_enu_m[:, :2], axis=0)
+def side_view(path_enu_m: Array) -> Viewpoint:
+    """Return the side view that shows the longer path, of shape (N, 3)."""
+    extent = np.ptp(path_enu_m[:, :2], axis=0)
     return Viewpoint("Side view", int(extent[1] > extent[0]), 2)
 
 

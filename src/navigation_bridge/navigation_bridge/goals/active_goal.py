@@ -29,7 +29,7 @@ from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.task import Task
 
-__all__ = ["ActiveGoal", "GoalTimes", "PositionDoubt", "Yielded"]
+__all__ = ["ActiveGoal", "GoalLease", "GoalTimes", "PositionDoubt", "Yielded"]
 
 # Period of what is watched less often than setpoints are sent.
 _GUARD_PERIOD_S = 0.5
@@ -85,6 +85,21 @@ class GoalTimes:
         It counts from now, not on a grid, so that feedback keeps in step with the positions.
         """
         self.feedback_due_s = now + period_s
+
+
+@dataclass
+class GoalLease:
+    """Whether the client of a goal is still there.
+
+    Attributes:
+        renewed_s: when it was last heard; None if it has asked for no lease.
+    """
+
+    renewed_s: float | None = None
+
+    def renew(self, now: float) -> None:
+        """The client was heard, and wants the goal ended once it is not heard any more."""
+        self.renewed_s = now
 
 
 @dataclass
@@ -159,6 +174,7 @@ class ActiveGoal:
         doubt: doubt about the vehicle's position.
         facts: what rules remember, by name of the rule.
         act: the act that the task has asked for.
+        lease: when its client was heard, if the client wants it ended with itself.
     """
 
     goal_id: str
@@ -189,6 +205,7 @@ class ActiveGoal:
     doubt: PositionDoubt = field(default_factory=PositionDoubt)
     facts: dict[str, object] = field(default_factory=dict)
     act: GoalAct = field(default_factory=GoalAct)
+    lease: GoalLease = field(default_factory=GoalLease)
 
     @property
     def ending(self) -> bool:

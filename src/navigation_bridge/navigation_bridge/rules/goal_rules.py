@@ -8,12 +8,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 from mavlink_vehicle.events import FailsafeKind
 from navigation_bridge.configuration.settings import BatteryPolicy
 from navigation_bridge.goals.active_goal import ActiveGoal, PositionDoubt, Yielded
+from navigation_bridge.rules.verdicts import (
+    Abandon,
+    Doubt,
+    SendNothing,
+    Stop,
+    Verdict,
+    Warn,
+    Yield,
+)
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
 from navigation_bridge.supervision.battery_forecast import reported_low, runs_low
 from navigation_bridge.supervision.preflight import check_fence
@@ -35,75 +43,6 @@ __all__ = [
     "Yield",
     "judge_yielded",
 ]
-
-
-@dataclass(frozen=True)
-class Abandon:
-    """Control of the vehicle is lost: the goal ends at once, and nothing is sent.
-
-    Attributes:
-        code: stable reason.
-        text: a sentence.
-    """
-
-    code: OutcomeCode
-    text: str
-
-
-@dataclass(frozen=True)
-class SendNothing:
-    """Nothing is sent in this turn.
-
-    Attributes:
-        shown: whether a new status is reported.
-    """
-
-    shown: bool = True
-
-
-@dataclass(frozen=True)
-class Stop:
-    """The task stops the vehicle, and the goal then ends with this outcome."""
-
-    outcome: Outcome
-
-
-@dataclass(frozen=True)
-class Warn:
-    """The goal continues with a warning.
-
-    Attributes:
-        rule: name of the rule.
-        text: a sentence for the log and the goal's result; empty for none.
-        fact: what the rule remembers of it; compared with the next time.
-    """
-
-    rule: str
-    text: str
-    fact: object
-
-
-@dataclass(frozen=True)
-class Doubt:
-    """The doubt about the position has begun, changed or ended.
-
-    Attributes:
-        doubt: the new one; None once the position is reliable again.
-        text: a sentence for clients and the log; empty for none.
-        outcome: how the goal ends, or None.
-    """
-
-    doubt: PositionDoubt | None
-    text: str
-    outcome: Outcome | None = None
-
-
-@dataclass(frozen=True)
-class Yield:
-    """A ground station made the vehicle hold: it is left alone until the station resumes it."""
-
-
-Verdict: TypeAlias = Abandon | SendNothing | Stop | Warn | Doubt | Yield
 
 
 # Within this time of a mode change either an answer comes, or the link is found to be one way.
@@ -290,6 +229,25 @@ def judge_battery(snapshot: Snapshot, goal: ActiveGoal) -> Verdict | None:
     return None if _BATTERY in goal.facts else Warn(_BATTERY, text, True)
 
 
+# Its client renews a lease each second.
+_LEASE_S = 5.0
+
+
+def judge_lease(snapshot: Snapshot, goal: ActiveGoal) -> Verdict | None:
+    """End a goal whose client has stopped to renew its lease; a landing, too: the vehicle holds.
+
+    A server that was late itself may not have heard the client yet: that time does not count.
+    """
+    renewed_s = goal.lease.renewed_s
+    if renewed_s is None:
+        return None
+    silence_s = snapshot.time_s - renewed_s
+    if silence_s - snapshot.late_s <= _LEASE_S:
+        return None
+    text = f"The client that sent the goal has not been heard for {silence_s:.1f} s."
+    return Stop(Outcome(OutcomeCode.CLIENT_LOST, text, None))
+
+
 def judge_stations(snapshot: Snapshot, goal: ActiveGoal) -> Verdict | None:
     """Return whether the vehicle is left alone from now on."""
     if goal.yielded is not None or not (goal.cancelled_by or goal.paused_by):
@@ -362,6 +320,7 @@ RULES: tuple[Rule, ...] = (
     Rule(judge_volume, guards=True),
     Rule(judge_fence, guards=True),
     Rule(judge_battery, guards=True),
+    Rule(judge_lease, guards=True),
     # Last: a goal that is stopped for a reason above ends with that one.
     Rule(judge_stations),
 )

@@ -15,7 +15,7 @@ import queue
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from drone_navigation.console.messages import Rehearse
@@ -138,6 +138,7 @@ class Rehearsals:
         tell: Tell,
         lacks: tuple[str, ...] = (),
         lose_link: bool = True,
+        steps: Sequence[Mapping[str, object]] = (),
     ) -> None:
         """Rehearse a goal; an older one of the same page is given up.
 
@@ -148,6 +149,7 @@ class Rehearsals:
             tell: called with the results, one after the other.
             lacks: what it does not consider, for people.
             lose_link: whether a loss of the link is rehearsed, too.
+            steps: of a plan, as `flight_rehearsal` takes them, instead of the goal's waypoints.
         """
         document = {
             **known,
@@ -157,6 +159,7 @@ class Rehearsals:
             "avoid": order.avoid_obstacles,
             "radius": order.radius_m,
             "lose_link": lose_link,
+            "steps": list(steps),
         }
         self._waiting.pop(by, None)
         new = _Order(by, order, document, tell, lacks)

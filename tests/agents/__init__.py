@@ -1,0 +1,1 @@
+"""Films of agents, and the commands that make them."""
