@@ -47,7 +47,9 @@ def test_a_trajectory_is_flown_by_its_time_with_little_error(
     planned = curve(flight.here, size_m, speed_m_s)
     begun_s = flight.now
     goal_id = flight.start(TrajectoryRequest("map", planned.points()))
-    assert flight.largest_error_m(goal_id) < most_m
+    errors = flight.errors(goal_id)
+    assert errors.largest_m < most_m
+    assert errors.yaw_deg < 1.5
     (end,) = flight.ends(goal_id)
     assert end.code is OutcomeCode.SUCCESS, end.message
     assert end.final_error_m is not None
@@ -186,6 +188,31 @@ def test_a_vehicle_stops_on_its_trajectory_before_what_its_sensor_sees(autopilot
     assert flight.truth()[1] < 0.3
     assert not flight.ground_truth.hits
     assert 0.5 < flight.clearance_m() < 6.0
+
+
+@pytest.mark.parametrize("autopilot", AUTOPILOTS)
+def test_a_turn_on_the_spot_has_the_rate_that_was_planned_and_ends_when_it_is_cancelled(
+    autopilot: str,
+) -> None:
+    flight = TrajectoryFlight(autopilot)
+    rate = 0.3  # counter-clockwise, from the north
+    points = tuple(
+        TimedPoint(float(t), flight.here, (0.0, 0.0, 0.0), None, 0.5 * math.pi + rate * t, rate)
+        for t in range(20)
+    )
+    goal_id = flight.start(TrajectoryRequest("map", points))
+    flight.run_until(lambda: flight.status(goal_id) == "NAVIGATING")
+    flight.run_for(4.0)
+    before = flight.yaw_enu_rad
+    flight.run_for(2.0)
+    assert math.remainder(flight.yaw_enu_rad - before, math.tau) == pytest.approx(0.6, abs=0.06)
+    flight.bridge.goals.cancel(goal_id, flight.now)
+    end = flight.run_to_end(goal_id)
+    assert end.code is OutcomeCode.CANCELED, end.message
+    flight.run_for(1.0)
+    before = flight.yaw_enu_rad
+    flight.run_for(3.0)
+    assert math.remainder(flight.yaw_enu_rad - before, math.tau) == pytest.approx(0.0, abs=0.03)
 
 
 def test_a_pause_stops_the_vehicle_on_its_trajectory_and_it_continues_from_there() -> None:

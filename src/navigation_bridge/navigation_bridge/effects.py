@@ -128,4 +128,5 @@ def intended_ned(intent: Fly) -> SetpointNed:
         setpoint.velocity_enu_m_s,
         setpoint.acceleration_enu_m_s2,
         setpoint.yaw_enu_rad,
+        setpoint.yaw_rate_rad_s,
     )

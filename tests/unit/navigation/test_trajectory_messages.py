@@ -18,7 +18,8 @@ _CAMERA = Placed((10.0, 20.0, 3.0), (_HALF, -_HALF, 0.0, 0.0))
 
 def message(rotation: Quaternion) -> MultiDOFJointTrajectory:
     """Return a trajectory with one point, whose numbers all differ."""
-    twist = Twist(linear=Vector3(x=0.1, y=0.2, z=0.3))
+    turn = Vector3(x=0.7, y=-0.8, z=0.9)
+    twist = Twist(linear=Vector3(x=0.1, y=0.2, z=0.3), angular=turn)
     more = Twist(linear=Vector3(x=0.4, y=0.5, z=0.6))
     place = Transform(translation=Vector3(x=1.0, y=2.0, z=3.0), rotation=rotation)
     point = MultiDOFJointTrajectoryPoint(
@@ -39,6 +40,7 @@ def test_points_of_a_tilted_frame_are_turned_with_all_that_belongs_to_them() -> 
     assert point.velocity_enu_m_s == pytest.approx((0.1, 0.3, -0.2))
     assert point.acceleration_enu_m_s2 == pytest.approx((0.4, 0.6, -0.5))
     assert point.yaw_enu_rad == pytest.approx(0.5 * math.pi)
+    assert point.yaw_rate_rad_s == pytest.approx(0.8)
 
 
 def test_a_nose_that_points_down_in_the_map_has_no_yaw() -> None:

@@ -90,6 +90,7 @@ def _in_map(point: TimedPoint, frame_id: str, snapshot: LocatedSnapshot) -> Time
         None if velocity is None else turned(velocity, pose.yaw_enu_rad),
         None if acceleration is None else turned(acceleration, pose.yaw_enu_rad),
         None if yaw is None else frames.normalize_angle(yaw + pose.yaw_enu_rad),
+        point.yaw_rate_rad_s,
     )
 
 

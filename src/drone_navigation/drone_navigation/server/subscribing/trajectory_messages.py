@@ -89,16 +89,18 @@ def _point(message: MultiDOFJointTrajectoryPoint, axes: Placed) -> TimedPoint | 
         if yaw is None:
             return "has a rotation without a yaw; give all zeros for the direction of travel"
     time = message.time_from_start
+    turns = [quaternion_turn(axes.turn, _vector(twist.angular)) for twist in message.velocities]
     return TimedPoint(
         time.sec + 1e-9 * time.nanosec,
         axes.of(_vector(transform.translation)),
-        _turned(message.velocities, axes),
-        _turned(message.accelerations, axes),
+        _linear(message.velocities, axes),
+        _linear(message.accelerations, axes),
         yaw,
+        turns[0][2] if turns else 0.0,
     )
 
 
-def _turned(twists: Sequence[Twist], axes: Placed) -> Vector | None:
+def _linear(twists: Sequence[Twist], axes: Placed) -> Vector | None:
     """Return the linear part in the other axes, if there is one."""
     return quaternion_turn(axes.turn, _vector(twists[0].linear)) if twists else None
 
