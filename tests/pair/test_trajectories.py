@@ -190,6 +190,36 @@ def test_a_vehicle_stops_on_its_trajectory_before_what_its_sensor_sees(autopilot
     assert 0.5 < flight.clearance_m() < 6.0
 
 
+FENCED = {
+    "ardupilot": {"FENCE_ENABLE": 1.0, "FENCE_TYPE": 2.0, "FENCE_RADIUS": 60.0},
+    "px4": {"GF_ACTION": 2.0, "GF_MAX_HOR_DIST": 60.0},
+}
+
+
+@pytest.mark.parametrize("autopilot", AUTOPILOTS)
+@pytest.mark.parametrize("topic", [False, True], ids=["goal", "topic"])
+def test_a_fence_that_shrinks_over_a_trajectory_ends_it_inside(topic: bool, autopilot: str) -> None:
+    flight = TrajectoryFlight(autopilot, onboard=FENCED[autopilot])
+    flight.run_for(10.0)  # it reads its fence meanwhile
+    request = TrajectoryRequest("map", straight(flight.here, 3.0, 15.0))
+    goal_id = flight.start(TrajectoryRequest() if topic else request)
+    flight.run_until(lambda: flight.status(goal_id) in ("HOLDING", "NAVIGATING"))
+    if topic:
+        flight.offer(request)
+    flight.run_for(2.0)
+    assert flight.status(goal_id) == "NAVIGATING"
+    name = "FENCE_RADIUS" if autopilot == "ardupilot" else "GF_MAX_HOR_DIST"
+    flight.simulation.vehicles[0].parameters.set(name, 30.0)
+    flight.vehicle.parameters.refresh(flight.now)  # nobody reports it
+    end = flight.run_to_end(goal_id, 60.0)
+    assert end.code is (OutcomeCode.NO_PATH if topic else OutcomeCode.OUTSIDE_FENCE), end.message
+    assert "fence" in end.message
+    assert flight.truth()[1] < 0.3
+    assert math.hypot(*flight.truth()[0][:2]) < 30.0
+    flight.run_for(5.0)
+    assert math.hypot(*flight.truth()[0][:2]) < 30.0
+
+
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
 def test_a_turn_on_the_spot_has_the_rate_that_was_planned_and_ends_when_it_is_cancelled(
     autopilot: str,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from mavlink_sitl import VehicleConfig, World
@@ -116,10 +116,13 @@ class TrajectoryFlight(SimulatedFlight):
         self,
         autopilot: str = "ardupilot",
         world: World | None = None,
+        onboard: Mapping[str, float] | None = None,
         **parameters: ParameterValue,
     ) -> None:
-        """Start, and take off."""
-        vehicle = VehicleConfig(autopilot=autopilot, ready_after_s=1.0, heading_deg=0.0)
+        """Start, with parameters of the autopilot and of the server, and take off."""
+        vehicle = VehicleConfig(
+            autopilot=autopilot, ready_after_s=1.0, heading_deg=0.0, parameters=dict(onboard or {})
+        )
         super().__init__(simulated=vehicle, world=world, **parameters)  # type: ignore[arg-type]
         self.ready()
         self.fly_up()
