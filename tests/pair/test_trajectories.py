@@ -8,12 +8,13 @@ from dataclasses import replace
 
 import pytest
 
-from mavlink_sitl import Obstacle, RangeSensor, World
+from mavlink_sitl import Obstacle, RangeSensor, VehicleConfig, World
 from navigation_bridge.goals.requests import TrajectoryRequest
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.progress import Status
 from navigation_core.trajectories.timed_point import TimedPoint
+from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.flights.trajectory_flight import Curve, TrajectoryFlight, circle, lissajous
 
 pytestmark = pytest.mark.wide_but_first
@@ -133,6 +134,16 @@ def test_a_trajectory_with_a_fault_is_rejected_and_nothing_moves(fault: str) -> 
     place = flight.truth()[0]
     flight.run_for(2.0)
     assert math.dist(flight.truth()[0], place) < 0.3
+
+
+@pytest.mark.parametrize("autopilot", AUTOPILOTS)
+@pytest.mark.parametrize("kind", ["rover", "plane"])
+def test_other_vehicles_are_unsupported_before_anybody_arms_them(kind: str, autopilot: str) -> None:
+    vehicle = VehicleConfig(vehicle=kind, autopilot=autopilot, ready_after_s=1.0)
+    flight = SimulatedFlight(simulated=vehicle).ready()
+    rejection = flight.check(TrajectoryRequest("map", straight((0.0, 0.0, 0.0), 1.0, 4.0)))
+    assert rejection is not None
+    assert rejection.code is OutcomeCode.UNSUPPORTED_VEHICLE, rejection
 
 
 def test_bounds_and_the_beginning_of_a_trajectory_are_checked() -> None:
