@@ -363,7 +363,7 @@ REASONS = {
     "a rejection is an end at once": "no operation ends while the link is lost in the seeds",
     "a take-off is over on the ground": "other conditions of a take-off hold it up",
     "a stranger is the vehicle": "its frames do not change what is sent",
-    "bounds are not looked at along a trajectory": "they are checked before, and fences rarely shrink",
+    "bounds are not looked at along a trajectory": "all is checked before, and no fence shrinks",
 }
 """Why some are not found."""
 
