@@ -173,6 +173,7 @@ steps:
 """
 
 
+@pytest.mark.night  # by day the tree of test_trees.py changes its battery
 def test_below_its_charge_a_plan_returns_and_is_continued_with_another_battery(
     tmp_path: Path,
 ) -> None:

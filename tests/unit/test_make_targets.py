@@ -128,7 +128,7 @@ def test_every_target_is_here() -> None:
             target,
             marks=[pytest.mark.timeout(LIMITS_S.get(target, LIMIT_S) + 400.0)]
             # For each Python of the machine it compiles the interfaces.
-            + [pytest.mark.night] * (target == "wheels"),
+            + [pytest.mark.night] * (target in ("wheels", "test-night")),
         )
         for target in WHOLE
     ],

@@ -24,7 +24,8 @@ import pytest
 
 from tests.support.processes import HANGS_AFTER_S
 
-pytestmark = pytest.mark.wide
+# By day test_simulator_alone.py builds and tries a wheel.
+pytestmark = pytest.mark.night
 
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -76,6 +76,18 @@ def test_what_comes_near_is_reported_within_two_seconds() -> None:
     assert math.dist(the_one(seen.moving), (-1.5, 0.0)) < 0.3
 
 
+def test_what_comes_near_is_found_though_the_nose_rises_to_brake() -> None:
+    """What was seen free before lies lower then than what is hit."""
+    seen, found = ObstacleMap(), []
+    for k in range(21):
+        now = k * PERIOD_S
+        nose_up_rad = -0.35 if now < 1.0 else min(0.7 * (now - 1.0) - 0.35, 0.0)
+        world = Obstacles.of((*STANDING, Cylinder("mover", (8.0 - 1.2 * now, 0.0), 0.8)))
+        seen.integrate(scan_of(world, (1.5 * now, 0.0, 10.0), k, nose_up_rad), 0.0, now)
+        found.append(len(seen.moving))
+    assert found[12:] == [1] * 9
+
+
 def test_what_has_just_come_into_view_may_go_anywhere() -> None:
     """A sector's width makes its first second look like another motion."""
 

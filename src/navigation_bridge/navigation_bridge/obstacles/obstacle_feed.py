@@ -108,6 +108,7 @@ class ObstacleFeed:
         standing: static obstacles: the known ones, and the limits of the flight.
         reach_m: how far the scan that came last sees where the vehicle flies; infinite if unknown.
         moving: moving obstacles among the sensed ones.
+        corners_enu_m: ends of what hides something, east and north.
         heard_s: when the kind of sensor with the longest silence was heard; None without sensors.
     """
 
@@ -125,6 +126,7 @@ class ObstacleFeed:
         self._scans_until_s = -math.inf
         self.reach_m, self._looked_s = math.inf, -math.inf
         self.moving: tuple[Moving, ...] = ()
+        self.corners_enu_m: tuple[tuple[float, float], ...] = ()
         self.heard_s: float | None = None
         self._assumed = NOTHING
         self._around = _NONE_AROUND
@@ -253,7 +255,7 @@ class ObstacleFeed:
         ground_m = self._ground_m()
         self._look_ahead(scan, ground_m, now)
         self._map.integrate(scan, ground_m, now)
-        self.moving = self._map.moving
+        self.moving, self.corners_enu_m = self._map.moving, self._map.corners_enu_m
 
     def _look_ahead(self, scan: RayScan, ground_m: float | None, now: float) -> None:
         """Take how far a scan sees in the direction of flight; more only little by little.
@@ -300,7 +302,7 @@ class ObstacleFeed:
             ground_m = carrier.position_enu_m[2]
             points = points[points[:, 2] < ground_m + HEADROOM_M]
         self._map.integrate_points(origin, points, ground_m, now)
-        self.moving = self._map.moving
+        self.moving, self.corners_enu_m = self._map.moving, self._map.corners_enu_m
 
     def _is_soon(self, kind: str, now: float) -> bool:
         taken_s = self._taken_s.get(kind, -math.inf)
@@ -322,7 +324,7 @@ class ObstacleFeed:
         before = self._origin or origin
         if origin != before and math.hypot(*self._map_frame.enu(before)) > _ORIGIN_MOVED_M:
             self._map.clear()
-            self.moving = ()
+            self.moving, self.corners_enu_m = (), ()
             self._stood_m = None
         self._origin = origin
         self._hear_of(kind, now)

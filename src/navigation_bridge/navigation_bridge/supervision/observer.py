@@ -174,6 +174,7 @@ class Observer:
             obstacles_age_s=0.0 if heard_s is None else now - heard_s,
             obstacles_reach_m=obstacles.reach_m,
             moving=obstacles.moving,
+            corners_enu_m=obstacles.corners_enu_m,
             late_s=late_s,
             position_doubt="" if fault is None else fault.reason,
             fence=standing.fence,

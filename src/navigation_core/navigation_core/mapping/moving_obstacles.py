@@ -39,8 +39,9 @@ _BEYOND_M, _BEYOND_PER_M = 0.4, 1.2 * _HALF_RAD
 _NEARER_MAX = 1.6
 # More than three turns, and what sums of angles lose.
 _APART_RAD, _ROUNDING_RAD = 100.0, 1e-9
-# Rays this far above or below are not evidence: they may have gone over a wall.
-_SAME_HEIGHT_M = 1.0
+# Rays this far above are not evidence: they may have gone over a wall. Below they are, as what is
+# hit stands on the ground: a vehicle that is fast has its nose down, and rises it to brake.
+_ABOVE_MAX_M, _BELOW_MAX_M = 1.0, 3.0
 # Hits belong to one obstacle if they follow one another within this distance, with time counted as
 # a distance at this speed; how long hits are kept, and how many at most.
 _LINK_M, _LINK_M_S, _TRACK_S, _HITS_MAX = 1.5, 3.0, 1.2, 400
@@ -55,6 +56,9 @@ _SPEED_MIN_M_S, _SPEED_MAX_M_S = 0.3, 4.0
 _UNKNOWN_M_S, _SUSPECT_SCANS_MIN, _SURE_SPAN_S = 1.5, 3, 1.0
 # The motion of an obstacle that was not hit for this long is not predicted any more.
 _FRESH_S = 0.3
+# A corner hides something where the ray beside it goes on at least this far, behind a surface at
+# least this wide, whose hits are this near each other.
+_HIDDEN_M, _SURFACE_M, _BESIDE_M = 2.0, 1.0, 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,27 +138,58 @@ def _seen_free(rings: Sequence[_Ring], hits: Array, origin: Array) -> Mask:
     aside = np.abs(bearings[rays] - bearing[:, None])
     beside = is_ray & (aside <= near[:, None])
     beyond = away + _BEYOND_M + _BEYOND_PER_M * np.maximum(later, away)
-    height = np.abs(away[:, None] * slopes[rays] - above[:, None])
-    free = (free_m[rays] > beyond[:, None]) & (height < _SAME_HEIGHT_M)
+    height = away[:, None] * slopes[rays] - above[:, None]
+    level = (height < _ABOVE_MAX_M) & (height > -_BELOW_MAX_M)
+    free = (free_m[rays] > beyond[:, None]) & level
     seen = (is_ray & (aside <= 1.5 * _HALF_RAD)).any(axis=1)
     was_free[hit[seen & (free | ~beside).all(axis=1)]] = True
     return was_free
 
 
+def _corners(ring: _Ring) -> tuple[tuple[float, float], ...]:
+    """Return the ends of surfaces behind which nothing is seen, east and north."""
+    places = np.stack([np.cos(ring.bearings_rad), np.sin(ring.bearings_rad)], axis=1)
+    places = ring.origin[:2] + ring.free_m[:, None] * places
+    found = []
+    for side in (1, -1):
+        # The ray beside each on this side goes on, and is beside it.
+        further_m = np.roll(ring.free_m, -side) - ring.free_m
+        turn = np.abs(np.roll(ring.bearings_rad, -side) - ring.bearings_rad)
+        beside = np.minimum(turn, math.tau - turn) <= 3.0 * _HALF_RAD
+        for end in np.flatnonzero(ring.has_hit & beside & (further_m > _HIDDEN_M)):
+            ray, width_m = end, 0.0
+            while width_m < _SURFACE_M:
+                last, ray = ray, (ray - side) % len(places)
+                step_m = float(np.hypot(*(places[ray] - places[last])))
+                if not ring.has_hit[ray] or step_m > _BESIDE_M:
+                    break
+                width_m += step_m
+            else:
+                found.append((float(places[end][0]), float(places[end][1])))
+    return tuple(found)
+
+
 class Movers:
-    """Finds what moves in the scans of one vehicle; see the module."""
+    """Finds what moves in the scans of one vehicle; see the module.
+
+    Attributes:
+        moving: what moves.
+        corners_enu_m: ends of surfaces behind which something may be, east and north.
+    """
 
     def __init__(self) -> None:
         """Start knowing nothing."""
         self._rings: deque[_Ring] = deque()
         self._hits = np.empty((0, 6))
         self.moving: tuple[Moving, ...] = ()
+        self.corners_enu_m: tuple[tuple[float, float], ...] = ()
 
     def clear(self) -> None:
         """Forget everything."""
         self._rings.clear()
         self._hits = np.empty((0, 6))
         self.moving = ()
+        self.corners_enu_m = ()
 
     def take(self, fan: Fan, has_hit: Mask, origin_enu_m: Vector3, now: float) -> None:
         """Process a scan.
@@ -173,6 +208,7 @@ class Movers:
         while self._rings and now - self._rings[0].time_s > _KEPT_S:
             self._rings.popleft()
         self._track(self._moved(ring), ring.origin, now)
+        self.corners_enu_m = _corners(ring)
         if not self._rings or now - self._rings[-1].time_s >= _KEPT_EACH_S:
             self._rings.append(ring)
 

@@ -89,6 +89,11 @@ class ObstacleMap:
         """The detected moving obstacles."""
         return self._movers.moving
 
+    @property
+    def corners_enu_m(self) -> tuple[tuple[float, float], ...]:
+        """Ends of surfaces that hide something from the last scan, east and north."""
+        return self._movers.corners_enu_m
+
     def integrate(self, scan: RayScan, ground_enu_m: float | None, now: float) -> None:
         """Process a scan, or a single beam.
 

@@ -126,6 +126,7 @@ class Observation:
             is expected to be heard.
         obstacles_reach_m: how far the sensor of the obstacles sees; infinite without one.
         moving: those of them that move.
+        corners_enu_m: ends of those that hide something from the sensor, east and north.
         late_s: by how much setpoints were late of late, at worst.
         position_doubt: why the position is not to be relied on, though it is given; empty while it
             is. The velocity is still good enough to stand still by.
@@ -157,6 +158,7 @@ class Observation:
     obstacles_age_s: float = 0.0
     obstacles_reach_m: float = math.inf
     moving: tuple[Moving, ...] = ()
+    corners_enu_m: tuple[tuple[float, float], ...] = ()
     late_s: float = 0.0
     position_doubt: str = ""
     fence: Fence | None = None

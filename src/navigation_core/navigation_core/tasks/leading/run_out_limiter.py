@@ -16,6 +16,7 @@ from dataclasses import replace
 from navigation_core.geometry import ZERO, KinematicState, Vector3, scale
 from navigation_core.limits import Limits
 from navigation_core.planning.conflicts import clearance_at_m
+from navigation_core.safety.hidden_corners import speed_past_corners_m_s
 from navigation_core.safety.late_setpoints import LATE_S, held, speed_share
 from navigation_core.safety.run_out import (
     run_out_is_clear,
@@ -86,7 +87,13 @@ class RunOutLimiter:
             share = max(share, min(self._least_m_s / max(speed, self._least_m_s), 1.0))
         if speed <= self._least_m_s:
             return share
-        safe_m_s = self._safe_m_s(carrot.state.position_enu_m, velocity, speed, observation)
+        place = carrot.state.position_enu_m
+        safe_m_s = self._safe_m_s(place, velocity, speed, observation)
+        if self._avoidance is not None:
+            corners, reaction_s = observation.corners_enu_m, self._avoidance.reaction_s
+            braking_m_s2 = self._braking.horizontal_m_s2
+            past_m_s = speed_past_corners_m_s(place, velocity, corners, reaction_s, braking_m_s2)
+            safe_m_s = min(safe_m_s, past_m_s)
         return min(share, max(safe_m_s, self._least_m_s) / speed)
 
     def limited(self, setpoint: Setpoint, observation: Observation) -> Setpoint:
