@@ -1,8 +1,9 @@
 """Trajectories of other planners: how far a copter is from them, by the simulation's truth.
 
 The greatest distance between the vehicle and the place of the trajectory at its time, starts and
-stops included. The reference is the distance that is flown in a second. And how long the server
-takes to check a trajectory, beside the time between two setpoints.
+stops included. The reference is the distance that is flown in a second. The angle between the nose
+and the direction of travel. And how long the server takes to check a trajectory, beside the time
+between two setpoints.
 """
 
 from __future__ import annotations
@@ -31,10 +32,12 @@ def measures(short: bool = False) -> Iterator[dict[str, Any]]:
             flight = _flight(autopilot, speed_m_s)
             planned = curve(flight.here, size_m, speed_m_s)
             goal_id = flight.start(TrajectoryRequest("map", planned.points()))
-            error_m = flight.largest_error_m(goal_id)
+            errors = flight.errors(goal_id)
             assert flight.ends(goal_id)[0].code is OutcomeCode.SUCCESS
             flown = f"{autopilot} copter: {name} at {speed_m_s:g} m/s, greatest error"
-            yield row(flown, (error_m, "m"), ("flown in 1 s", speed_m_s), f"<= {goal:g} x")
+            yield row(flown, (errors.largest_m, "m"), ("flown in 1 s", speed_m_s), f"<= {goal:g} x")
+            turned = f"{autopilot} copter: {name} at {speed_m_s:g} m/s, yaw error (RMS)"
+            yield row(turned, (errors.yaw_deg, "deg"), ("allowed", 1.5), "<= 1 x")
     flight = _flight("ardupilot", 8.0)
     request = TrajectoryRequest("map", circle(flight.here, 40.0, 8.0).points())
     begun_s = time.perf_counter()

@@ -26,7 +26,7 @@ from tests.explore.policies import ON_TRIAL, POLICIES
 from tests.explore.run import fly
 from tests.explore.scenario import Scenario
 from tests.explore.shrink import shrink
-from tests.explore.situations import SITUATIONS_FROM
+from tests.explore.situations import SITUATIONS_FROM, TRAJECTORIES_FROM
 
 _LAST_ENTRIES = 15
 _WIDTH = 200
@@ -152,13 +152,16 @@ def _many(options: argparse.Namespace) -> int:
 def drawn(first: int, count: int, sharing: int, situations: int = 0) -> Iterator[int]:
     """Return seeds from one on; some are raised.
 
-    One in `sharing` becomes one of shared traffic, and one in `situations` a situation.
+    One in `sharing` becomes one of shared traffic, one in `situations` a situation, and one in four
+    times as many a situation of trajectories.
     """
     for seed in itertools.islice(itertools.count(first), count):
         if sharing > 0 and seed % sharing == 0 and seed < SHARING_FROM:
             yield seed + SHARING_FROM
         elif situations > 0 and seed % situations == situations // 2 and seed < SHARING_FROM:
             yield seed // situations + SITUATIONS_FROM
+        elif situations > 0 and seed % (4 * situations) == 1 and seed < SHARING_FROM:
+            yield seed // (4 * situations) + TRAJECTORIES_FROM
         else:
             yield seed
 

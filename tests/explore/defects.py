@@ -43,6 +43,9 @@ _MISSION = "navigation_core.tasks.watching.mission"
 _LANDING = "navigation_core.tasks.flying.target_landing"
 _FOLLOWING = "navigation_core.tasks.steering.follow_target"
 _LED = "navigation_core.tasks.watching.vehicle_led"
+_TIMED = "navigation_core.trajectories.timed_trajectory"
+_TIMED_CHECKS = "navigation_bridge.requests.trajectory_requests"
+_TIMED_LEADER = "navigation_core.tasks.steering.trajectory_leader"
 
 MUTANTS: tuple[Mutant, ...] = (
     Mutant("a cancel is forgotten", _GOALS, "            goal.begin_cancel(now)\n", ""),
@@ -327,6 +330,18 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a course leaves the volume", "navigation_core.tasks.steering.plane_course",
            "            ahead_m = room.farthest_m((x, y), way, far_m, self._inset_m)",
            "            ahead_m: float | None = far_m"),
+    Mutant("the stop after a trajectory is not checked", _TIMED_CHECKS,
+           "    end_s = timed.trajectory.duration_s\n", "    end_s = timed.times_s[-1]\n"),
+    Mutant("a trajectory begins anywhere", _TIMED_CHECKS,
+           "    if not away_m <= most_m:", "    if away_m < 0.0:"),
+    Mutant("a trajectory climbs as fast as it was planned", _TIMED,
+           '        ("climbs", limits.speed_up_m_s,', '        ("climbs", 99.0,'),
+    Mutant("a trajectory that ends in motion has no stop", _TIMED,
+           "        motion = motion.then(plan_stop(end, limits))\n", "        pass\n"),
+    Mutant("a trajectory is joined with a jump", _TIMED,
+           "    if _is_same(start, here):", "    if here is not None:"),
+    Mutant("bounds are not looked at along a trajectory", _TIMED_LEADER,
+           "            if not inside:\n", "            if not inside and not reason:\n"),
 )  # fmt: skip
 
 
@@ -348,6 +363,7 @@ REASONS = {
     "a rejection is an end at once": "no operation ends while the link is lost in the seeds",
     "a take-off is over on the ground": "other conditions of a take-off hold it up",
     "a stranger is the vehicle": "its frames do not change what is sent",
+    "bounds are not looked at along a trajectory": "all is checked before, and no fence shrinks",
 }
 """Why some are not found."""
 

@@ -25,11 +25,11 @@ from tests.explore.coverage import Reached, import_what_stays, reach, statement_
 from tests.explore.generate import SHARING_FROM, scenario_of
 from tests.explore.planting import plant, source_of
 from tests.explore.scenario import Scenario
-from tests.explore.situations import SITUATIONS_FROM, situation_of
+from tests.explore.situations import SITUATIONS_FROM, TRAJECTORIES_FROM, situation_of
 
 BUDGET = 12
 GROUNDS = 160
-_SITUATIONS = 72
+_SITUATIONS, _TRAJECTORIES = 72, 24
 _SHORT_S = 60.0
 _CALM_FROM, _SHARING = 6000, 100
 _GOALS = ("navigate", "route", "takeoff", "land", "go_home")
@@ -114,7 +114,13 @@ def grounds(count: int = GROUNDS) -> tuple[int, ...]:
     calm = count // 3
     sharing = range(SHARING_FROM, SHARING_FROM + _SHARING)
     found = _various(chain(range(_CALM_FROM), sharing), _coincidences, count - calm)
-    return (*situations, *found, *_various(range(_CALM_FROM, 36000), _calm_coincidences, calm))
+    trajectories = range(TRAJECTORIES_FROM, TRAJECTORIES_FROM + _TRAJECTORIES)
+    return (
+        *situations,
+        *trajectories,
+        *found,
+        *_various(range(_CALM_FROM, 36000), _calm_coincidences, calm),
+    )
 
 
 def _various(

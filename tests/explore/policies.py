@@ -38,6 +38,7 @@ from navigation_bridge.goals.requests import (
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.flying.target_landing import OFF_MAX_M
 from navigation_core.tasks.progress import FollowState, Status
+from navigation_core.trajectories.timed_point import TimedPoint
 from tests.explore.course import COMMANDS, SETPOINTS, Goal, View, speed_of
 from tests.explore.log import Asked, Entry, PayloadAsked, PayloadEnded, Truth
 from tests.explore.passages import has_passage
@@ -561,6 +562,54 @@ def accepted_targets_are_in_the_fence(asked: Asked, view: View, now_s: float) ->
     known = now_s - max(view.server_s, view.set_s) > 20.0 and view.calm(now_s, 20.0)
     away_m = view.home_away_m(target)
     return not known or away_m <= radius_m + 2.0
+
+
+TRAJECTORIES = "docs/programs.md, Trajectories of other planners"
+
+
+def _trajectory(asked: Asked) -> tuple[TimedPoint, ...]:
+    """Return the points of a trajectory that was accepted; none for anything else."""
+    accepted = asked.goal_id and isinstance(asked.request, TrajectoryRequest)
+    return asked.request.points if accepted else ()
+
+
+@always(of_kind("asked"), TRAJECTORIES)
+def accepted_trajectories_begin_here(asked: Asked, view: View, now_s: float) -> bool:
+    """None that begins far from the vehicle is accepted."""
+    points = _trajectory(asked)
+    if not points or not view.calm(now_s, 20.0):
+        return True
+    away_m = math.dist(points[0].position_enu_m, view.truth.position_enu_m)
+    return away_m <= view.config.bridge.trajectories.start_distance_m + 1.0
+
+
+@always(of_kind("asked"), TRAJECTORIES)
+def accepted_trajectories_stop_in_the_volume(asked: Asked, view: View, now_s: float) -> bool:
+    """None is accepted whose last point, or the shortest stop after it, is outside."""
+    points = _trajectory(asked)
+    if not points:
+        return True
+    (x, y, _), (v_x, v_y, _) = points[-1].position_enu_m, points[-1].velocity_enu_m_s or (0, 0, 0)
+    per_m_s = math.hypot(v_x, v_y) / (
+        2.0 * view.config.bridge.goto.limits.acceleration_horizontal_m_s2
+    )
+    away_m = math.hypot(x + per_m_s * v_x, y + per_m_s * v_y)
+    return away_m <= view.config.bridge.volume.radius_max_m + 0.1
+
+
+@always(sent(SETPOINTS[0]), TRAJECTORIES)
+def a_trajectory_has_no_jump(message: Message, view: View, now_s: float) -> bool:
+    """Its setpoints move no farther than their speed leads, and are moved a little beside it."""
+    before, since_s = view.before, now_s - view.before_s
+    if before is None or not isinstance(view.flown.request, TrajectoryRequest):
+        return True
+    if _is_led(view) or not _ours(view, now_s) or not 0.01 < since_s < 0.3:
+        return True
+    if (message.type_mask | before.type_mask) & 0b001001 or now_s - view.flown.accepted_s < 1.0:
+        return True
+    places = [(each.x, each.y, each.z) for each in (message, before)]
+    fastest_m_s = max(speed_of(message), speed_of(before))
+    return math.dist(*places) <= 1.5 * since_s * fastest_m_s + 0.3
 
 
 @always(_SUCCESS, "REP 105, base_link")

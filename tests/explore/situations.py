@@ -18,6 +18,9 @@ from tests.explore.scenario import Craft, Event, Post, Scenario
 SITUATIONS_FROM = 2**41
 """Seeds from here on are situations."""
 
+TRAJECTORIES_FROM = SITUATIONS_FROM + 2**30
+"""Seeds from here on are situations in which trajectories of another program are flown."""
+
 _HOMES = (
     (-35.363261, 149.165230, 584.0),
     (47.397742, 8.545594, 488.0),
@@ -252,6 +255,53 @@ def _a_pilot_who_takes_over(stage: _Stage) -> None:
     stage.end(begun_s + 20.0)
 
 
+def _line(start: list[float], velocity: list[float], duration_s: float) -> list[list[float]]:
+    """Return points of a steady motion, which ends in motion."""
+    return [
+        [t, *(round(a + t * b, 3) for a, b in zip(start, velocity, strict=True)), *velocity]
+        for t in (0.0, round(0.5 * duration_s, 3), round(duration_s, 3))
+    ]
+
+
+def _a_trajectory_to_the_bound(stage: _Stage) -> None:
+    stage.serve(volume_radius_m=30.0)
+    stage.add(0.0, "takeoff", height=6.0)
+    x, y, _ = stage.away(3.0)
+    ends_m = stage.rng.choice((20.0, 28.5, 29.5))
+    stage.add(20.0, "trajectory", points=_line([0.0] * 3, [x, y, 0.0], ends_m / 3.0))
+    stage.end(60.0)
+
+
+def _a_trajectory_that_is_replaced(stage: _Stage) -> None:
+    stage.add(0.0, "takeoff", height=6.0)
+    x, y, _ = stage.away(2.0)
+    stage.add(20.0, "trajectory", points=_line([0.0] * 3, [x, y, 0.0], 20.0))
+    for number in range(3):
+        aside = [-0.4 * y, 0.4 * x, 0.0]
+        points = _line(aside, [x, y, 0.0], 8.0)
+        stage.add(25.0 + 3.0 * number + stage.rng.random(), "trajectory", points=points, topic=True)
+    stage.end(70.0)
+
+
+def _a_trajectory_that_climbs(stage: _Stage) -> None:
+    stage.add(0.0, "takeoff", height=6.0)
+    climb_m_s = stage.rng.choice((0.8, 5.0, 7.0))
+    stage.add(20.0, "trajectory", points=_line([0.0] * 3, [0.5, 0.0, climb_m_s], 8.0))
+    stage.end(60.0)
+
+
+def _a_trajectory_from_elsewhere(stage: _Stage) -> None:
+    stage.add(0.0, "takeoff", height=6.0)
+    start = stage.away(stage.rng.choice((0.5, 3.0, 9.0)), 0.0)
+    stage.add(20.0, "trajectory", points=_line(start, [1.0, 0.0, 0.0], 8.0))
+    stage.end(60.0)
+
+
+_OF_TRAJECTORIES: tuple[Situation, ...] = (
+    *(_a_trajectory_to_the_bound, _a_trajectory_that_is_replaced, _a_trajectory_that_climbs),
+    _a_trajectory_from_elsewhere,
+)
+
 _SITUATIONS: tuple[Situation, ...] = (
     *(_a_link_that_stays_silent, _a_target_beyond_the_fence, _a_position_that_jumps_for_good),
     *(_a_wind_that_carries_away, _a_target_beyond_the_volume, _arming_that_is_never_allowed),
@@ -266,7 +316,8 @@ _SITUATIONS: tuple[Situation, ...] = (
 
 def situation_of(seed: int) -> Situation:
     """Return the situation of a seed: they take turns."""
-    return _SITUATIONS[seed % len(_SITUATIONS)]
+    situations = _SITUATIONS if seed < TRAJECTORIES_FROM else _OF_TRAJECTORIES
+    return situations[seed % len(situations)]
 
 
 def write_situation(seed: int) -> Scenario:

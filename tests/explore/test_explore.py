@@ -24,7 +24,7 @@ from tests.explore.releases import RELEASES
 from tests.explore.run import fly
 from tests.explore.scenario import Craft, Event, Scenario
 from tests.explore.shrink import shrink
-from tests.explore.situations import SITUATIONS_FROM, situation_of
+from tests.explore.situations import SITUATIONS_FROM, TRAJECTORIES_FROM, situation_of
 
 pytestmark = pytest.mark.wide_but_first
 
@@ -90,11 +90,14 @@ def test_one_seed_in_eight_is_of_shared_traffic() -> None:
 
 def test_one_seed_in_eight_is_a_situation_and_they_take_turns() -> None:
     raised = [seed for seed in drawn(13, 192, 8, 8) if seed >= SITUATIONS_FROM]
-    assert len({situation_of(seed) for seed in raised}) == len(raised) == 24
+    of_trajectories = [seed for seed in raised if seed >= TRAJECTORIES_FROM]
+    assert len({situation_of(seed) for seed in raised if seed < TRAJECTORIES_FROM}) == 24
+    assert len({situation_of(seed) for seed in of_trajectories}) == 4
+    assert len(raised) - len(of_trajectories) == 24
     assert all(len(scenario_of(seed).crafts) == 1 for seed in raised)
 
 
-@pytest.mark.parametrize("seed", [3, 8])
+@pytest.mark.parametrize("seed", [3, 8, TRAJECTORIES_FROM - SITUATIONS_FROM + 1])
 def test_a_situation_repeats_without_a_violation(seed: int) -> None:
     flown = explore_seed(SITUATIONS_FROM + seed)
     assert not flown.error

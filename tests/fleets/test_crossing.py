@@ -14,9 +14,11 @@ from navigation_bridge.goals.requests import (
     NavigateRequest,
     OrbitRequest,
     ReturnRequest,
+    TrajectoryRequest,
 )
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.tasks.traffic.volumes import Separation
+from navigation_core.trajectories.timed_point import TimedPoint
 from tests.fleets.flown import FlownFleet, homes
 from tests.fleets.points import arrived, fly_crossing, starts_and_targets
 
@@ -74,6 +76,27 @@ def test_crossings_of_the_core_keep_apart_and_arrive(seed: int) -> None:
     crossing = fly_crossing(pairs, Separation())
     assert crossing.least_share >= 1.0, crossing.worst
     assert arrived(crossing)
+
+
+@pytest.mark.wide
+def test_trajectories_towards_each_other_end_with_traffic_before_they_meet() -> None:
+    fleet = FlownFleet(copters([(0.0, 0.0), (40.0, 0.0)]), traffic_timeout_s=10.0).ready()
+    for craft, east in zip(fleet.crafts, (0.0, 40.0), strict=True):
+        fleet.go(craft, east, 0.0, 5.0)
+    fleet.run_to_end()
+    with fleet.holding():
+        for craft, way in zip(fleet.crafts, (1.0, -1.0), strict=True):
+            pose = craft.bridge.pose
+            assert pose is not None
+            x, y, z = pose.position_enu_m
+            points = tuple(
+                TimedPoint(t, (x + way * 2.0 * t, y, z), (way * 2.0, 0.0, 0.0))
+                for t in (0.0, 10.0, 20.0)
+            )
+            assert isinstance(fleet.send(craft, TrajectoryRequest("map", points)), str)
+        fleet.run_to_end()
+    assert "TRAFFIC" in codes(fleet), codes(fleet)
+    assert "WAITING_FOR_TRAFFIC" in {s for craft in fleet.crafts for s in craft.statuses()}
 
 
 def two_with_near_targets(conflict: str) -> tuple[FlownFleet, str | Rejection]:

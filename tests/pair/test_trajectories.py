@@ -8,12 +8,13 @@ from dataclasses import replace
 
 import pytest
 
-from mavlink_sitl import Obstacle, RangeSensor, World
+from mavlink_sitl import Obstacle, RangeSensor, VehicleConfig, World
 from navigation_bridge.goals.requests import TrajectoryRequest
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.progress import Status
 from navigation_core.trajectories.timed_point import TimedPoint
+from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.flights.trajectory_flight import Curve, TrajectoryFlight, circle, lissajous
 
 pytestmark = pytest.mark.wide_but_first
@@ -47,7 +48,9 @@ def test_a_trajectory_is_flown_by_its_time_with_little_error(
     planned = curve(flight.here, size_m, speed_m_s)
     begun_s = flight.now
     goal_id = flight.start(TrajectoryRequest("map", planned.points()))
-    assert flight.largest_error_m(goal_id) < most_m
+    errors = flight.errors(goal_id)
+    assert errors.largest_m < most_m
+    assert errors.yaw_deg < 1.5
     (end,) = flight.ends(goal_id)
     assert end.code is OutcomeCode.SUCCESS, end.message
     assert end.final_error_m is not None
@@ -133,6 +136,16 @@ def test_a_trajectory_with_a_fault_is_rejected_and_nothing_moves(fault: str) -> 
     assert math.dist(flight.truth()[0], place) < 0.3
 
 
+@pytest.mark.parametrize("autopilot", AUTOPILOTS)
+@pytest.mark.parametrize("kind", ["rover", "plane"])
+def test_other_vehicles_are_unsupported_before_anybody_arms_them(kind: str, autopilot: str) -> None:
+    vehicle = VehicleConfig(vehicle=kind, autopilot=autopilot, ready_after_s=1.0)
+    flight = SimulatedFlight(simulated=vehicle).ready()
+    rejection = flight.check(TrajectoryRequest("map", straight((0.0, 0.0, 0.0), 1.0, 4.0)))
+    assert rejection is not None
+    assert rejection.code is OutcomeCode.UNSUPPORTED_VEHICLE, rejection
+
+
 def test_bounds_and_the_beginning_of_a_trajectory_are_checked() -> None:
     flight = TrajectoryFlight(volume_radius_m=20.0)
     x, y, z = flight.here
@@ -186,6 +199,61 @@ def test_a_vehicle_stops_on_its_trajectory_before_what_its_sensor_sees(autopilot
     assert flight.truth()[1] < 0.3
     assert not flight.ground_truth.hits
     assert 0.5 < flight.clearance_m() < 6.0
+
+
+FENCED = {
+    "ardupilot": {"FENCE_ENABLE": 1.0, "FENCE_TYPE": 2.0, "FENCE_RADIUS": 60.0},
+    "px4": {"GF_ACTION": 2.0, "GF_MAX_HOR_DIST": 60.0},
+}
+
+
+@pytest.mark.parametrize("autopilot", AUTOPILOTS)
+@pytest.mark.parametrize("topic", [False, True], ids=["goal", "topic"])
+def test_a_fence_that_shrinks_over_a_trajectory_ends_it_inside(topic: bool, autopilot: str) -> None:
+    flight = TrajectoryFlight(autopilot, onboard=FENCED[autopilot])
+    flight.run_for(10.0)  # it reads its fence meanwhile
+    request = TrajectoryRequest("map", straight(flight.here, 3.0, 15.0))
+    goal_id = flight.start(TrajectoryRequest() if topic else request)
+    flight.run_until(lambda: flight.status(goal_id) in ("HOLDING", "NAVIGATING"))
+    if topic:
+        flight.offer(request)
+    flight.run_for(2.0)
+    assert flight.status(goal_id) == "NAVIGATING"
+    name = "FENCE_RADIUS" if autopilot == "ardupilot" else "GF_MAX_HOR_DIST"
+    flight.simulation.vehicles[0].parameters.set(name, 30.0)
+    flight.vehicle.parameters.refresh(flight.now)  # nobody reports it
+    end = flight.run_to_end(goal_id, 60.0)
+    assert end.code is (OutcomeCode.NO_PATH if topic else OutcomeCode.OUTSIDE_FENCE), end.message
+    assert "fence" in end.message
+    assert flight.truth()[1] < 0.3
+    assert math.hypot(*flight.truth()[0][:2]) < 30.0
+    flight.run_for(5.0)
+    assert math.hypot(*flight.truth()[0][:2]) < 30.0
+
+
+@pytest.mark.parametrize("autopilot", AUTOPILOTS)
+def test_a_turn_on_the_spot_has_the_rate_that_was_planned_and_ends_when_it_is_cancelled(
+    autopilot: str,
+) -> None:
+    flight = TrajectoryFlight(autopilot)
+    rate = 0.3  # counter-clockwise, from the north
+    points = tuple(
+        TimedPoint(float(t), flight.here, (0.0, 0.0, 0.0), None, 0.5 * math.pi + rate * t, rate)
+        for t in range(20)
+    )
+    goal_id = flight.start(TrajectoryRequest("map", points))
+    flight.run_until(lambda: flight.status(goal_id) == "NAVIGATING")
+    flight.run_for(4.0)
+    before = flight.yaw_enu_rad
+    flight.run_for(2.0)
+    assert math.remainder(flight.yaw_enu_rad - before, math.tau) == pytest.approx(0.6, abs=0.06)
+    flight.bridge.goals.cancel(goal_id, flight.now)
+    end = flight.run_to_end(goal_id)
+    assert end.code is OutcomeCode.CANCELED, end.message
+    flight.run_for(1.0)
+    before = flight.yaw_enu_rad
+    flight.run_for(3.0)
+    assert math.remainder(flight.yaw_enu_rad - before, math.tau) == pytest.approx(0.0, abs=0.03)
 
 
 def test_a_pause_stops_the_vehicle_on_its_trajectory_and_it_continues_from_there() -> None:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
-from geometry_msgs.msg import Quaternion, Transform, Twist, Vector3
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Twist, Vector3
+from nav_msgs.msg import Odometry
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
 from custom_interfaces.action import FollowTrajectory, Takeoff
@@ -20,9 +22,9 @@ pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_actions")]
 _SPEED_M_S, _RADIUS_M = 1.0, 3.0
 
 
-@pytest.fixture
-def flight(tmp_path: Path) -> Iterator[Flight]:
-    flight = Flight(tmp_path)
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Flight]:
+    flight = Flight(tmp_path_factory.mktemp("trajectories"))
     yield flight
     flight.close()
 
@@ -101,3 +103,68 @@ def test_a_trajectory_is_flown_replaced_and_rejected_with_a_code(flight: Flight)
     ended = flight.wait_for_result(record, 60.0)
     assert ended.error_code == GoalCode.TIMEOUT
     assert "ended in motion" in ended.message
+
+
+def placed(frame_id: str, x: float, y: float, yaw_rad: float) -> TFMessage:
+    """Return the pose of a frame in the map."""
+    transform = TransformStamped(child_frame_id=frame_id)
+    transform.header.frame_id = "map"
+    transform.transform.translation = Vector3(x=x, y=y)
+    transform.transform.rotation = Quaternion(z=math.sin(yaw_rad / 2.0), w=math.cos(yaw_rad / 2.0))
+    return TFMessage(transforms=[transform])
+
+
+def test_a_trajectory_in_a_frame_of_tf_is_flown_unless_the_frame_is_missing_or_moves(
+    flight: Flight,
+) -> None:
+    events: list[GoalEvent] = []
+    poses: list[Vector3] = []
+    flight.subscribe(GoalEvent, f"{SERVER_NODE_NAME}/goal_events", events.append, 10)
+    flight.subscribe(
+        Odometry,
+        f"{SERVER_NODE_NAME}/odometry",
+        lambda message: poses.append(message.pose.pose.position),
+        10,
+    )
+    still = flight.advertise(
+        TFMessage, "/tf_static", QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    )
+    moving = flight.advertise(TFMessage, "/tf", 10)
+    # x of the frame is north, y is west.
+    still.publish(placed("planner", 10.0, -20.0, 0.5 * math.pi))
+
+    def codes() -> list[str]:
+        return [event.what for event in events]
+
+    flight.wait(lambda: bool(poses), 5.0, "a pose")
+    here = poses[-1]
+    start = Vector3(x=here.y + 20.0, y=10.0 - here.x, z=here.z)
+    nowhere = arc(start, 0.0, 3.0, "nowhere")
+    assert not flight.send(FollowTrajectory.Goal(trajectory=nowhere)).accepted
+    flight.wait(lambda: "UNKNOWN_FRAME" in codes(), 5.0, "a rejection")
+    assert "no transform from 'nowhere'" in events[-1].message
+
+    record = flight.send(FollowTrajectory.Goal(trajectory=arc(start, 0.0, 6.0, "planner")))
+    assert record.accepted, [event.message for event in events]
+    flight.wait_for_status(record, "HOLDING")
+    angle, flown = 6.0 * _SPEED_M_S / _RADIUS_M, poses[-1]
+    # The stop after the last point leads on by up to 1 m.
+    end = (
+        here.x - _RADIUS_M * math.sin(angle),
+        here.y + _RADIUS_M * (math.cos(angle) - 1.0),
+    )
+    assert math.dist((flown.x, flown.y), end) < 1.2
+    assert record.feedback[-1].limited_by == ""
+
+    publisher = flight.advertise(MultiDOFJointTrajectory, f"{SERVER_NODE_NAME}/cmd_trajectory", 1)
+    flight.wait(lambda: publisher.get_subscription_count() > 0, 5.0, "the server")
+    for step in range(30):
+        message = placed("deck", 0.1 * step, 0.0, 0.0)
+        message.transforms[0].header.stamp = flight.node.get_clock().now().to_msg()
+        moving.publish(message)
+        flight.spin_for(0.05)
+    publisher.publish(arc(flown, 0.0, 6.0, "deck"))
+    flight.wait(lambda: any("'deck' moves" in e.message for e in events), 5.0, "a remark")
+    assert record.feedback[-1].replacements == 0
+    flight.cancel(record)
+    flight.wait_for_result(record)

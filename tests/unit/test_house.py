@@ -218,6 +218,9 @@ SETTABLE_CLOCKS = {
         "get_clock": "a replay sets it to the recording's time",
         "ROSClock": "the same",
     },
+    "src/drone_navigation/drone_navigation/server/frames/trajectory_frames.py": {
+        "get_clock": "how old a transform is; one that is too old is rejected with a reason"
+    },
     "src/drone_navigation/drone_navigation/server/subscribing/external_odometry.py": {
         "get_clock": "when a position was measured, for the autopilot, which gets no other time; "
         "an impossible age is rejected with a reason"

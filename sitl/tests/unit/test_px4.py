@@ -324,6 +324,17 @@ def whole_setpoint(field: str, value: float) -> Message:
     return mav.MAVLink_set_position_target_local_ned_message(0, 1, 1, 1, 0, *values.values())
 
 
+def test_a_rate_beside_a_yaw_is_added_to_the_turn_towards_it(air: Px4Station) -> None:
+    """So the nose comes to stand where the turn back is as fast as the rate."""
+    steady = whole_setpoint("yaw_rate", 0.0)
+    air.stream(4.0, 10.0, lambda: air.send(steady))
+    assert air.last("ATTITUDE").yaw == pytest.approx(0.0, abs=0.02)
+    turning = whole_setpoint("yaw_rate", 0.3)
+    air.stream(4.0, 10.0, lambda: air.send(turning))
+    assert air.last("ATTITUDE").yaw == pytest.approx(0.3 / 2.8, abs=0.02)  # MC_YAW_P
+    assert air.last("ATTITUDE").yawspeed == pytest.approx(0.0, abs=0.03)
+
+
 FIELDS = ["x", "vx", "afx", "yaw", "yaw_rate"]
 
 

@@ -283,6 +283,23 @@ def test_a_yaw_rate_needs_streaming_and_stops_after_3_s(hover: GroundStation) ->
     assert hover.last("ATTITUDE").yawspeed == pytest.approx(0.0, abs=0.03)
 
 
+def test_a_yaw_with_a_rate_turns_on_with_the_rate_and_holds_when_it_times_out(
+    hover: GroundStation,
+) -> None:
+    """AutoYaw's ANGLE_RATE; GUID_TIMEOUT ends the turn."""
+    fields = POSITION_VELOCITY - YAW - YAW_RATE
+    hover.setpoint(fields, (0.0, 0.0, -10.0), velocity=(0, 0, 0), yaw=0.2, yaw_rate=0.3)
+    hover.run(2.5)
+    assert hover.last("ATTITUDE").yawspeed == pytest.approx(0.3, abs=0.03)
+    assert math.radians(heading(hover)) == pytest.approx(0.2 + 0.3 * 2.5, abs=0.05)
+    hover.run(4.0)
+    assert hover.last("ATTITUDE").yawspeed == pytest.approx(0.0, abs=0.03)
+    held = heading(hover)
+    assert math.radians(held) == pytest.approx(0.2 + 0.3 * 3.0, abs=0.15)
+    hover.run(2.0)
+    assert heading(hover) == pytest.approx(held, abs=1.0)
+
+
 def test_a_turn_is_as_fast_as_recorded(hover: GroundStation) -> None:
     """About 62 degrees a second."""
     hover.setpoint(POSITION - YAW, (0.0, 0.0, -10.0), yaw=math.radians(170.0))

@@ -119,7 +119,6 @@ def intended_ned(intent: Fly) -> SetpointNed:
     if rate_rad_s is not None:
         nose = (math.cos(setpoint.yaw_enu_rad), math.sin(setpoint.yaw_enu_rad), 0.0)
         forward_m_s = dot(setpoint.velocity_enu_m_s, nose)
-        # Seen from above, a positive rate is counter-clockwise in ENU and clockwise in NED.
         return SetpointNed(drive_frd_m_s=(forward_m_s, 0.0, 0.0), yaw_rate_rad_s=-rate_rad_s)
     if intent.by_velocity:
         return SetpointNed.of_enu(None, setpoint.velocity_enu_m_s, None, setpoint.yaw_enu_rad)
@@ -128,4 +127,5 @@ def intended_ned(intent: Fly) -> SetpointNed:
         setpoint.velocity_enu_m_s,
         setpoint.acceleration_enu_m_s2,
         setpoint.yaw_enu_rad,
+        setpoint.yaw_rate_rad_s,
     )

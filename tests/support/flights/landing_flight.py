@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from drone_navigation.server.subscribing.transform_tree import Placed, TransformTree
+from drone_navigation.server.frames.transform_tree import Placed, TransformTree
 from mavlink_sitl import Mark, MarkCamera, Sighting, VehicleConfig, Wind, World
 from navigation_bridge.goals.requests import LandRequest
 from navigation_bridge.tasks.followed_target import FollowedTarget

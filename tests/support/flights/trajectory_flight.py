@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from mavlink_sitl import VehicleConfig, World
@@ -14,10 +14,12 @@ from navigation_core.geometry import Vector3, add, scale
 from navigation_core.trajectories.timed_point import TimedPoint
 from tests.support.flights.simulated_flight import SimulatedFlight
 
-__all__ = ["Curve", "TrajectoryFlight", "circle", "lissajous"]
+__all__ = ["Curve", "Errors", "TrajectoryFlight", "circle", "lissajous"]
 
 _PERIOD_S = 0.1
 _STEP_S = 1e-3
+# Slower than this, a copter has no direction of travel to face; and it has to turn to it first.
+_COURSE_M_S, _TURNED_S = 1.0, 5.0
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,19 @@ def lissajous(start: Vector3, size_m: float, speed_m_s: float, laps: float = 1.0
     return Curve(place, duration_s)
 
 
+@dataclass(frozen=True)
+class Errors:
+    """How far a vehicle was from its trajectory, by the simulation's truth.
+
+    Attributes:
+        largest_m: greatest distance to where the trajectory was at the time.
+        yaw_deg: root mean square of the angle between the nose and the direction of travel.
+    """
+
+    largest_m: float
+    yaw_deg: float
+
+
 class TrajectoryFlight(SimulatedFlight):
     """A copter in the air that flies trajectories."""
 
@@ -101,10 +116,13 @@ class TrajectoryFlight(SimulatedFlight):
         self,
         autopilot: str = "ardupilot",
         world: World | None = None,
+        onboard: Mapping[str, float] | None = None,
         **parameters: ParameterValue,
     ) -> None:
-        """Start, and take off."""
-        vehicle = VehicleConfig(autopilot=autopilot, ready_after_s=1.0, heading_deg=0.0)
+        """Start, with parameters of the autopilot and of the server, and take off."""
+        vehicle = VehicleConfig(
+            autopilot=autopilot, ready_after_s=1.0, heading_deg=0.0, parameters=dict(onboard or {})
+        )
         super().__init__(simulated=vehicle, world=world, **parameters)  # type: ignore[arg-type]
         self.ready()
         self.fly_up()
@@ -117,17 +135,24 @@ class TrajectoryFlight(SimulatedFlight):
         assert pose is not None
         return pose.position_enu_m
 
+    @property
+    def yaw_enu_rad(self) -> float:
+        """The true yaw."""
+        return 0.5 * math.pi - float(self.simulation.truth.yaw_rad[0])
+
     def offer(self, request: TrajectoryRequest) -> None:
         """Publish a trajectory on the topic."""
         self.bridge.feature(TrajectoryCommands).replace(request, self.now)
         self._collect()
 
-    def largest_error_m(self, goal_id: str, timeout_s: float = 200.0) -> float:
-        """Fly a goal to its end; return the greatest true distance to the trajectory at its time.
+    def errors(self, goal_id: str, timeout_s: float = 200.0) -> Errors:
+        """Fly a goal without yaws to its end; return how far it was from its trajectory.
 
         The trajectory's time is that of the setpoint: it is held while the vehicle lags.
         """
         largest_m, end_s = 0.0, self.now + timeout_s
+        off_rad: list[float] = []
+        flown_since_s = math.inf
         while not self.ends(goal_id):
             assert self.now < end_s
             self.tick()
@@ -135,8 +160,16 @@ class TrajectoryFlight(SimulatedFlight):
             commanded = None if goal is None else goal.task.commanded
             if goal is None or commanded is None or self.status(goal_id) != "NAVIGATING":
                 continue
+            flown_since_s = min(flown_since_s, self.now)
             since_s = self.now - (goal.times.setpoint_s or self.now)
             moved = scale(commanded.velocity_enu_m_s, since_s)
             error_m = math.dist(self.truth()[0], add(commanded.position_enu_m, moved))
             largest_m = max(largest_m, error_m)
-        return largest_m
+            gained = scale(commanded.acceleration_enu_m_s2, since_s)
+            east, north, _ = add(commanded.velocity_enu_m_s, gained)
+            turned = self.now > flown_since_s + _TURNED_S
+            if turned and math.hypot(east, north) > _COURSE_M_S:
+                course = math.atan2(north, east)
+                off_rad.append(math.remainder(self.yaw_enu_rad - course, math.tau))
+        mean = sum(each * each for each in off_rad) / max(len(off_rad), 1)
+        return Errors(largest_m, math.degrees(math.sqrt(mean)))

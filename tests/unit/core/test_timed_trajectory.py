@@ -141,6 +141,35 @@ def test_yaws_turn_the_shorter_way() -> None:
     assert sound(without(CIRCLE, "yaw_enu_rad")).yaw_at(1.0) is None
 
 
+def test_yaw_rates_that_are_given_are_met_at_the_points_and_kept_within_the_limit() -> None:
+    few = CIRCLE[::4]  # 2 s apart, in which a steady turn would be wrong by degrees
+
+    def turned(t: float) -> float:
+        return 0.5 * math.pi + 0.4 * math.sin(0.9 * t)
+
+    given = tuple(
+        replace(p, yaw_enu_rad=turned(p.time_s), yaw_rate_rad_s=0.36 * math.cos(0.9 * p.time_s))
+        for p in few
+    )
+    timed = sound(given)
+    for t in (0.0, 0.7, 2.0, 5.1, 6.0, 9.9):
+        assert timed.yaw_at(t) == pytest.approx(turned(t), abs=math.radians(1.5))
+    steady = sound(tuple(replace(p, yaw_enu_rad=turned(p.time_s)) for p in few))
+    off_deg = [
+        math.degrees(abs((steady.yaw_at(t) or 0.0) - turned(t))) for t in (1.0, 2.9, 4.9, 8.8)
+    ]
+    assert max(off_deg) > 5.0
+    # The same yaws, at rates that only a detour between them has.
+    wild = tuple(replace(p, yaw_rate_rad_s=1.0) for p in given)
+    rejected = plan_timed(wild, replace(LIMITS, yaw_rate_rad_s=0.9), False)
+    assert isinstance(rejected, TrajectoryFault)
+    assert "It turns with" in rejected.text
+    slowed = plan_timed(wild, replace(LIMITS, yaw_rate_rad_s=0.5), True)
+    assert isinstance(slowed, TimedTrajectory)
+    assert slowed.yaw is not None
+    assert max(slowed.yaw.greatest_rates()) == pytest.approx(0.5, rel=0.01)
+
+
 STARTS: list[tuple[Vector3, Vector3]] = [
     ((4.0, 0.0, 5.0), (0.0, 0.0, 0.0)),
     ((4.3, -0.2, 5.1), (0.0, 2.0, 0.0)),

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from drone_navigation.server.subscribing.transform_tree import Placed, TransformTree
+from drone_navigation.server.frames.transform_tree import Placed, TransformTree
 
 LEFT = (math.cos(math.pi / 4.0), 0.0, 0.0, math.sin(math.pi / 4.0))
 STILL = math.inf

@@ -16,6 +16,7 @@ from mavlink_vehicle.profiles.px4 import PLANE as PX4_PLANE
 from mavlink_vehicle.profiles.px4 import ROVER as PX4_ROVER
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.streams.setpoint_stream import (
+    IGNORE_YAW_RATE,
     SetpointNed,
     SetpointStream,
     legal_setpoint,
@@ -86,6 +87,22 @@ def test_golden_bytes_of_the_usual_setpoint() -> None:
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("profile", [COPTER, PX4_COPTER])
+def test_a_copter_is_sent_a_yaw_with_its_rate(profile: Profile) -> None:
+    turning = SetpointNed.of_enu(HERE, HERE, HERE, 0.0, 0.3)
+    sent = legal_setpoint(turning, profile)
+    assert sent.yaw_ned_rad == pytest.approx(0.5 * math.pi)
+    assert sent.yaw_rate_rad_s == -0.3
+    assert sent.type_mask() == 0
+    assert SetpointNed.of_enu(HERE, HERE, HERE, 0.0).type_mask() == IGNORE_YAW_RATE
+
+
+@pytest.mark.parametrize("profile", [ROVER, PX4_ROVER])
+def test_a_rover_is_sent_neither(profile: Profile) -> None:
+    sent = legal_setpoint(SetpointNed.of_enu(None, HERE, None, 0.0, 0.3), profile)
+    assert sent.yaw_rate_rad_s is None
+
+
 BAD = [math.nan, math.inf, -math.inf, 2e6]
 
 
@@ -104,13 +121,11 @@ def test_what_is_not_finite_never_leaves(bad: float, axis: int, name: str) -> No
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
-def test_yaw_must_be_finite_and_one(bad: float) -> None:
+def test_yaw_and_its_rate_must_be_finite(bad: float) -> None:
     with pytest.raises(SetpointError, match="yaw_ned_rad is"):
         legal_setpoint(SetpointNed(HERE, yaw_ned_rad=bad), COPTER)
     with pytest.raises(SetpointError, match="yaw_rate_rad_s is"):
         legal_setpoint(SetpointNed(HERE, yaw_rate_rad_s=bad), COPTER)
-    with pytest.raises(SetpointError, match="not both"):
-        legal_setpoint(SetpointNed(HERE, yaw_ned_rad=0.0, yaw_rate_rad_s=0.0), COPTER)
 
 
 @pytest.mark.parametrize(

@@ -319,20 +319,21 @@ def _shaped_yaw(
 
     Looking ahead, it also turns as fast as the desired velocity does; below a twentieth of the
     speed, and where no yaw is asked for, it stops turning (calculate_yaw_and_rate_yaw and
-    input_thrust_vector_heading of the firmware).
+    input_thrust_vector_heading of the firmware). A yaw with a rate turns on with it (AutoYaw's
+    ANGLE_RATE), and the rate is added to that towards it (input_shaping_angle).
     """
     v_n, v_e = level.velocity_north_m_s, level.velocity_east_m_s
     a_n, a_e = level.acceleration_north_m_s2, level.acceleration_east_m_s2
     speed = o.hypot(v_n, v_e)
     ahead = (t.yaw_mode == _LOOK_AHEAD) & (speed > 0.05 * t.speed_xy_m_s)
-    turning = t.yaw_mode == _RATE
-    asked = o.where(t.yaw_mode == _ANGLE, s.asked_rad, s.yaw_rad)
+    turning, at_angle = t.yaw_mode == _RATE, t.yaw_mode == _ANGLE
+    asked = o.where(at_angle, s.asked_rad + t.yaw_rate_rad_s * dt, s.yaw_rad)
     asked = o.where(ahead, o.atan2(v_e, v_n), asked)
     error = o.wrap_pi(asked - s.yaw_rad)
     limit = k.yaw_acceleration_rad_s2
     closing = sqrt_approach(abs(error), k.yaw_shaped_1_s, limit, o)
     curve = (v_n * a_e - v_e * a_n) / o.maximum(speed * speed, 1e-6)
-    wanted = o.where(error > 0.0, closing, -closing) + ahead * curve
+    wanted = o.where(error > 0.0, closing, -closing) + ahead * curve + at_angle * t.yaw_rate_rad_s
     wanted = o.clip(wanted, -k.yaw_slew_rad_s, k.yaw_slew_rad_s) + turning * t.yaw_rate_rad_s
     most = limit * dt
     rate = (s.rate_rad_s + o.clip(wanted - s.rate_rad_s, -most, most)) * free
@@ -351,10 +352,14 @@ def _yaw(
     k: ControllerGains,
     o: Ops,
 ) -> tuple[YawState, Lane]:
-    """Turn towards the yaw asked for; returns that yaw, turned on in rate mode, and the rate."""
-    turning = t.yaw_mode == _RATE
+    """Turn towards the yaw asked for; returns that yaw, turned on in rate mode, and the rate.
+
+    With a yaw, too, a rate is added (AttitudeControl of the firmware, with yaw_sp_move_rate).
+    """
+    turning, at_angle = t.yaw_mode == _RATE, t.yaw_mode == _ANGLE
     asked = o.where(turning, s.asked_rad + t.yaw_rate_rad_s * dt, s.asked_rad)
     asked = o.where(free, asked, b.yaw_rad)
     error = o.wrap_pi(asked - b.yaw_rad)
-    rate = o.clip(k.yaw * error, -k.yaw_slew_rad_s, k.yaw_slew_rad_s)
+    rate = k.yaw * error + at_angle * t.yaw_rate_rad_s
+    rate = o.clip(rate, -k.yaw_slew_rad_s, k.yaw_slew_rad_s)
     return YawState(asked, asked, 0.0 * rate), (rate + turning * t.yaw_rate_rad_s) * free

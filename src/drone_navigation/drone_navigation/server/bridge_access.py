@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 from rclpy.node import Node
 
 from drone_navigation.server.frame_names import PLAIN, FrameNames
+from drone_navigation.server.frames.trajectory_frames import TrajectoryFrames
 from drone_navigation.server.publishing.topics import Topics
 from mavlink_vehicle.io.clock import Clock
 from navigation_bridge.bridge import Bridge
@@ -38,3 +40,8 @@ class BridgeAccess:
     topics: Topics
     frames: FrameNames = PLAIN
     is_closed: Callable[[], bool] = lambda: False
+
+    @cached_property
+    def trajectory_frames(self) -> TrajectoryFrames:
+        """The frames of TF, for the trajectories of goals and of the topic."""
+        return TrajectoryFrames(self.node, self.frames)

@@ -298,12 +298,14 @@ class TrajectoryRequest:
         begins_s: moment from which its time counts, in seconds of the bridge's clock; None for at
             once.
         fault: why the message is none, a sentence; empty if it is one.
+        frame_fault: why its frame cannot be used, a sentence; empty if it can, or is not known.
     """
 
     frame_id: str = ""
     points: tuple[TimedPoint, ...] = ()
     begins_s: float | None = None
     fault: str = ""
+    frame_fault: str = ""
 
 
 Request: TypeAlias = (

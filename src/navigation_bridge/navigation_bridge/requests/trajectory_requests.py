@@ -52,11 +52,11 @@ def resolve_trajectory(
     if request.fault:
         return _invalid(request.fault)
     if request.frame_id not in ("", FRAME_MAP, FRAME_BASE_LINK):
-        return Rejection(
-            OutcomeCode.UNKNOWN_FRAME,
+        why = request.frame_fault or (
             f"Unknown frame '{request.frame_id}' of a trajectory; use '{FRAME_MAP}' or "
-            f"'{FRAME_BASE_LINK}'.",
+            f"'{FRAME_BASE_LINK}'."
         )
+        return Rejection(OutcomeCode.UNKNOWN_FRAME, why)
     limits = limits_of_trajectories(snapshot)
     points = [_in_map(point, request.frame_id, snapshot) for point in request.points]
     timed = plan_timed(points, limits, snapshot.config.trajectories.may_slow_down)
@@ -90,6 +90,7 @@ def _in_map(point: TimedPoint, frame_id: str, snapshot: LocatedSnapshot) -> Time
         None if velocity is None else turned(velocity, pose.yaw_enu_rad),
         None if acceleration is None else turned(acceleration, pose.yaw_enu_rad),
         None if yaw is None else frames.normalize_angle(yaw + pose.yaw_enu_rad),
+        point.yaw_rate_rad_s,
     )
 
 

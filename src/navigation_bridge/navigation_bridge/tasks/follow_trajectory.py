@@ -27,15 +27,15 @@ __all__ = ["FOLLOW_TRAJECTORY"]
 
 
 def _admit(request: TrajectoryRequest, snapshot: LocatedSnapshot) -> Admitted | Rejection:
-    rejection = check_steered(snapshot, "a trajectory", "fly trajectories of other programs")
-    if rejection is not None:
-        return rejection
     if not snapshot.traits.flies:
         return Rejection(
             OutcomeCode.UNSUPPORTED_VEHICLE,
             f"A {snapshot.traits.name} cannot drive trajectories of other programs; send it "
             "targets.",
         )
+    rejection = check_steered(snapshot, "a trajectory", "fly trajectories of other programs")
+    if rejection is not None:
+        return rejection
     timed = None
     if request.points or request.fault:
         here = KinematicState(snapshot.position_enu_m, snapshot.velocity_enu_m_s)

@@ -20,12 +20,14 @@ class Setpoint:
         velocity_enu_m_s: velocity feed-forward.
         acceleration_enu_m_s2: acceleration feed-forward.
         yaw_enu_rad: yaw.
+        yaw_rate_rad_s: yaw rate feed-forward, counter-clockwise.
     """
 
     position_enu_m: Vector3
     velocity_enu_m_s: Vector3
     acceleration_enu_m_s2: Vector3
     yaw_enu_rad: float
+    yaw_rate_rad_s: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ class TimedPoint:
         velocity_enu_m_s: velocity; None if it is not given.
         acceleration_enu_m_s2: acceleration; None if it is not given.
         yaw_enu_rad: yaw; None for the direction of travel.
+        yaw_rate_rad_s: rate of the yaw, counter-clockwise; 0 at all points if it is not given.
     """
 
     time_s: float
@@ -26,3 +27,4 @@ class TimedPoint:
     velocity_enu_m_s: Vector3 | None = None
     acceleration_enu_m_s2: Vector3 | None = None
     yaw_enu_rad: float | None = None
+    yaw_rate_rad_s: float = 0.0

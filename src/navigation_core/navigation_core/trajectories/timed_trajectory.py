@@ -7,7 +7,6 @@ rest. A trajectory that ends in motion is followed by a brake.
 
 from __future__ import annotations
 
-import itertools
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -23,7 +22,6 @@ from navigation_core.geometry import (
     limit_norm,
     norm,
     scale,
-    wrap_angle,
 )
 from navigation_core.limits import Limits
 from navigation_core.trajectories.motions import Array
@@ -34,6 +32,7 @@ from navigation_core.trajectories.polynomials import (
     through,
 )
 from navigation_core.trajectories.timed_point import TimedPoint
+from navigation_core.trajectories.timed_yaw import TimedYaw
 from navigation_core.trajectories.trajectory import Trajectory, plan_stop
 
 __all__ = ["TimedTrajectory", "TrajectoryFault", "join", "plan_timed"]
@@ -74,7 +73,7 @@ class TimedTrajectory:
     Attributes:
         trajectory: the motion, with the brake at its end if it does not end at rest.
         times_s: of its points, from 0 on.
-        yaws_enu_rad: at its points; empty for the direction of travel.
+        yaw: along it; None for the direction of travel.
         ends_at_rest: whether it was planned to end at rest.
         slower: how many times slower it is than it was planned; 1 if it is not.
         why_slower: the limit for which it is slower, a sentence; empty if it is not.
@@ -83,7 +82,7 @@ class TimedTrajectory:
 
     trajectory: Trajectory
     times_s: tuple[float, ...]
-    yaws_enu_rad: tuple[float, ...] = ()
+    yaw: TimedYaw | None = None
     ends_at_rest: bool = True
     slower: float = 1.0
     why_slower: str = ""
@@ -91,16 +90,7 @@ class TimedTrajectory:
 
     def yaw_at(self, time_s: float) -> float | None:
         """Return the yaw at a time of the trajectory; None for the direction of travel."""
-        if not self.yaws_enu_rad:
-            return None
-        after = bisect_right(self.times_s, time_s)
-        if after in (0, len(self.times_s)):
-            return self.yaws_enu_rad[min(after, len(self.times_s) - 1)]
-        (t_0, t_1), (y_0, y_1) = (
-            self.times_s[after - 1 : after + 1],
-            self.yaws_enu_rad[after - 1 : after + 1],
-        )
-        return wrap_angle(y_0 + wrap_angle(y_1 - y_0) * (time_s - t_0) / (t_1 - t_0))
+        return None if self.yaw is None else self.yaw.at(time_s)
 
     def begun_s(self, now: float) -> float:
         """Return the time of the trajectory at a moment; below 0 before it begins."""
@@ -218,7 +208,11 @@ def _fault(point: TimedPoint, first: TimedPoint, before_s: float) -> str:
 def _is_sound(point: TimedPoint) -> bool:
     vectors = [point.position_enu_m, point.velocity_enu_m_s, point.acceleration_enu_m_s2]
     numbers = [n for vector in vectors if vector is not None for n in vector]
-    numbers += [point.time_s, 0.0 if point.yaw_enu_rad is None else point.yaw_enu_rad]
+    numbers += [
+        point.time_s,
+        point.yaw_rate_rad_s,
+        0.0 if point.yaw_enu_rad is None else point.yaw_enu_rad,
+    ]
     return is_finite(point.position_enu_m) and all(abs(n) <= _NUMBER_MAX for n in numbers)
 
 
@@ -248,8 +242,8 @@ def _with_stop(points: Sequence[TimedPoint], piece: PolynomialPiece) -> TimedTra
         most = limits.acceleration_vertical_m_s2
         end = replace(end, acceleration_enu_m_s2=(east, north, min(max(z, -most), most)))
         motion = motion.then(plan_stop(end, limits))
-    yaws = tuple(point.yaw_enu_rad for point in points if point.yaw_enu_rad is not None)
-    return TimedTrajectory(motion, tuple(point.time_s for point in points), yaws, rests)
+    times_s = tuple(point.time_s for point in points)
+    return TimedTrajectory(motion, times_s, TimedYaw.of(points), rests)
 
 
 def _slower(point: TimedPoint, slower: float) -> TimedPoint:
@@ -257,6 +251,7 @@ def _slower(point: TimedPoint, slower: float) -> TimedPoint:
     return replace(
         point,
         time_s=point.time_s * slower,
+        yaw_rate_rad_s=point.yaw_rate_rad_s / slower,
         velocity_enu_m_s=None if velocity is None else scale(velocity, 1.0 / slower),
         acceleration_enu_m_s2=(
             None if acceleration is None else scale(acceleration, 1.0 / (slower * slower))
@@ -313,11 +308,8 @@ def _exceeded(
             text = (
                 f"It {verb} with {value:.2f} {unit} up to point {number}; the limit is {bound:g}."
             )
-    yaws = [point.yaw_enu_rad for point in points if point.yaw_enu_rad is not None]
-    for number, ((y_0, y_1), (t_0, t_1)) in enumerate(
-        zip(itertools.pairwise(yaws), itertools.pairwise(point_times_s), strict=False), 1
-    ):
-        rate = abs(wrap_angle(y_1 - y_0)) / (t_1 - t_0)
+    yaw = TimedYaw.of(points)
+    for number, rate in enumerate(() if yaw is None else yaw.greatest_rates(), 1):
         factor = rate / limits.yaw_rate_rad_s
         if factor > _ROUNDING and factor > slower:
             slower = factor

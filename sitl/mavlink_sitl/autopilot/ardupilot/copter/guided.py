@@ -222,6 +222,7 @@ class Guided(Mode):
             position_m=position,
             velocity_m_s=ZERO,
             acceleration_m_s2=None,
+            yaw_rad=None if turning else self.target.yaw_rad,
             yaw_rate_rad_s=0.0 if turning else None,
         )
         self.guide(self._guidance(self.target))

@@ -13,11 +13,10 @@ from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from std_msgs.msg import Header
-from tf2_msgs.msg import TFMessage
 
-from drone_navigation.qos import LATCHED_QOS
 from drone_navigation.server.bridge_access import BridgeAccess
-from drone_navigation.server.subscribing.transform_tree import Placed, TransformTree
+from drone_navigation.server.frames.transform_listener import TransformListener
+from drone_navigation.server.frames.transform_tree import Placed
 from drone_navigation.steady_timer import steady_timer
 from mavlink_vehicle.positions.frames import yaw_of_quaternion
 from navigation_bridge.goals.requests import TargetSource
@@ -36,9 +35,6 @@ _TYPES: dict[str, type[TargetMessage]] = {
 # A best-effort subscriber also hears reliable publishers.
 _QOS = QoSProfile(
     history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.BEST_EFFORT
-)
-_TF_QOS = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST, depth=100, reliability=ReliabilityPolicy.BEST_EFFORT
 )
 _PERIOD_S = 0.1
 _TINY = 1e-6
@@ -65,9 +61,9 @@ class TargetTopic:
         self._group = MutuallyExclusiveCallbackGroup()
         self._wanted: TargetSource | None = None
         self._source: TargetSource | None = None
-        self._subscriptions: list[Subscription[TargetMessage] | Subscription[TFMessage]] = []
+        self._subscriptions: list[Subscription[TargetMessage]] = []
         self._timer: Timer | None = None
-        self._tree = TransformTree()
+        self._transforms = TransformListener(self._node, self._group)
         self._stamp_s = -math.inf
         # Subscriptions are made by the executor: they take longer than a setpoint may wait.
         self._changed = self._node.create_guard_condition(self._apply, callback_group=self._group)
@@ -91,19 +87,11 @@ class TargetTopic:
         if self._timer is not None:
             self._node.destroy_timer(self._timer)
             self._timer = None
-        self._tree, self._stamp_s = TransformTree(), -math.inf
+        self._transforms.close()
+        self._stamp_s = -math.inf
         if source is None or not (source.topic or source.frame):
             return
-        for topic, qos, still in (("/tf", _TF_QOS, False), ("/tf_static", LATCHED_QOS, True)):
-            self._subscriptions.append(
-                self._node.create_subscription(
-                    TFMessage,
-                    topic,
-                    lambda message, still=still: self._hear_transforms(message, still),
-                    qos,
-                    callback_group=self._group,
-                )
-            )
+        self._transforms.listen()
         if source.frame:
             self._timer = steady_timer(self._node, _PERIOD_S, self._look, self._group)
             return
@@ -114,17 +102,6 @@ class TargetTopic:
                 kind, source.topic, self._hear, _QOS, callback_group=self._group
             )
         )
-
-    def _hear_transforms(self, message: TFMessage, still: bool) -> None:
-        for each in message.transforms:
-            stamp = each.header.stamp
-            translation, rotation = each.transform.translation, each.transform.rotation
-            placed = Placed(
-                (translation.x, translation.y, translation.z),
-                (rotation.w, rotation.x, rotation.y, rotation.z),
-                math.inf if still else stamp.sec + 1e-9 * stamp.nanosec,
-            )
-            self._tree.take(each.child_frame_id, each.header.frame_id, placed)
 
     def _hear(self, message: TargetMessage) -> None:
         pose: Pose = message.pose if isinstance(message, PoseStamped) else message.pose.pose
@@ -140,7 +117,7 @@ class TargetTopic:
         axes = (
             Placed()
             if frame == self._frames.map
-            else self._tree.pose(frame, self._frames.map, stamp_s)
+            else self._transforms.pose(frame, self._frames.map, stamp_s)
         )
         if axes is None:
             return f"There is no transform from '{frame}' to '{self._frames.map}'."
@@ -157,7 +134,7 @@ class TargetTopic:
         source = self._source
         if source is None:
             return
-        placed = self._tree.pose(source.frame, self._frames.map)
+        placed = self._transforms.pose(source.frame, self._frames.map)
         if placed is None:
             self._offer(f"There is no transform from '{source.frame}' to '{self._frames.map}'.")
             return

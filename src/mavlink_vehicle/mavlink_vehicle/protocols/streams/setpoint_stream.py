@@ -88,13 +88,19 @@ class SetpointNed:
         velocity_enu_m_s: Vector3 | None,
         acceleration_enu_m_s2: Vector3 | None,
         yaw_enu_rad: float,
+        yaw_rate_enu_rad_s: float = 0.0,
     ) -> SetpointNed:
-        """Return the setpoint for one in the axes of ROS, with the same origin."""
+        """Return the setpoint for one in the axes of ROS, with the same origin.
+
+        A yaw rate of 0 is not given: the vehicle turns to the yaw, and no further.
+        """
         return cls(
             None if position_enu_m is None else enu_to_ned(position_enu_m),
             None if velocity_enu_m_s is None else enu_to_ned(velocity_enu_m_s),
             None if acceleration_enu_m_s2 is None else enu_to_ned(acceleration_enu_m_s2),
             yaw_enu_to_ned(yaw_enu_rad),
+            # Seen from above, a positive rate is counter-clockwise in ENU and clockwise in NED.
+            -yaw_rate_enu_rad_s if yaw_rate_enu_rad_s else None,
         )
 
     def fields(self) -> SetpointField:
@@ -179,8 +185,6 @@ def _check_numbers(setpoint: SetpointNed) -> None:
     ):
         if angle is not None and not math.isfinite(angle):
             raise SetpointError(f"{name} is {angle}: give a finite number or None.")
-    if setpoint.yaw_ned_rad is not None and setpoint.yaw_rate_rad_s is not None:
-        raise SetpointError("A setpoint has a yaw or a yaw rate, not both.")
 
 
 def setpoint_message(setpoint: SetpointNed, address: Address, time_boot_ms: int) -> Message:

@@ -129,11 +129,11 @@ class RunOutLimiter:
             self._avoidance.brake_clearance_m,
             self._traits.setpoint_timeout_s,
         ):
-            return Setpoint(
-                led.position_enu_m,
-                led.velocity_enu_m_s,
-                led.acceleration_enu_m_s2,
-                setpoint.yaw_enu_rad,
+            return replace(
+                setpoint,
+                position_enu_m=led.position_enu_m,
+                velocity_enu_m_s=led.velocity_enu_m_s,
+                acceleration_enu_m_s2=led.acceleration_enu_m_s2,
             )
         return replace(setpoint, acceleration_enu_m_s2=ZERO)
 

@@ -8,11 +8,11 @@ of the flight volume and the vehicle's fence. So a vehicle that is stopped stays
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from navigation_core.geometry import ZERO, KinematicState, distance, norm
+from navigation_core.geometry import ZERO, KinematicState, distance, norm, wrap_angle
 from navigation_core.limits import Limits, stopping_distance_m, stopping_speed_m_s
 from navigation_core.mapping.obstacles import Array
 from navigation_core.outcomes import OutcomeCode
@@ -156,22 +156,27 @@ class TrajectoryLeader:
         if carrot is None:
             return None
         self.room = self._room(carrot, here, observation)
+        self._turn(carrot, dt_s)
+        yaw = carrot.yaw_enu_rad
         carrot.advance(dt_s, here.state.position_enu_m, 0.0 if stops else self.room.share)
         self.error_m = distance(here.state.position_enu_m, carrot.state.position_enu_m)
         if not stops and not carrot.ended:
             self._note(carrot)
-        self._turn(carrot)
         if stops or self.is_blocked:
             setpoint = carrot.setpoint
         else:
             setpoint = self._trim.trimmed(carrot, here.state, dt_s)
+            rate_rad_s = wrap_angle(carrot.yaw_enu_rad - yaw) / dt_s if dt_s > 0.0 else 0.0
+            setpoint = replace(setpoint, yaw_rate_rad_s=rate_rad_s)
         return Fly(self._run_out_limiter.limited(setpoint, observation))
 
-    def _turn(self, carrot: Carrot) -> None:
+    def _turn(self, carrot: Carrot, dt_s: float) -> None:
+        """Turn to the yaw of the setpoint that comes next."""
         if self.timed is None:
             return
-        yaw = self.timed.yaw_at(self.time_s)
-        east, north, _ = carrot.nominal.velocity_enu_m_s
+        ahead_s, state = carrot.ahead(dt_s)
+        yaw = self.timed.yaw_at(ahead_s + self._ahead_s)
+        east, north, _ = state.velocity_enu_m_s
         if yaw is None and math.hypot(east, north) > _COURSE_M_S:
             yaw = math.atan2(north, east)
         if yaw is not None:

@@ -1,0 +1,1 @@
+"""The frames that `/tf` and `/tf_static` join."""
