@@ -127,7 +127,8 @@ class Server:
 
     def _negotiate(self, traffic: SharedTraffic, now: float) -> None:
         """Read the states of other servers, and send the own one when it is due."""
-        assert traffic.negotiation is not None
+        if traffic.negotiation is None:
+            return
         while self.inbox:
             sender, state = self.inbox.popleft()
             if traffic.earth is not None:
@@ -191,6 +192,7 @@ class Ship:
         self.server: Server | None = None
         self.beside: Callable[[], None] | None = None  # of what moves beside it
         self.liars: list[Liar | Aircraft] = []
+        self.met: list[Callable[[float], list[bytes]]] = []  # of other aircraft: what is reported
         self.misreport = ""
         self.stick_forward = 0.0
         self._sticks_due_s = 0.0
@@ -230,8 +232,9 @@ class Ship:
             searcher = LateSearcher(lambda: flight.now_s, takes_s, 0.1) if takes_s else AT_ONCE
             signing = self._signing()
             traffic: SharedTraffic | None = None
-            if flight.scenario.shares_traffic:
+            if flight.scenario.shares_traffic or self.craft.sees_traffic:
                 traffic = SharedTraffic()
+            if traffic is not None and flight.scenario.shares_traffic:
                 own = f"/server{self.index}"
                 epoch = round(1e3 * flight.now_s)
                 traffic.negotiation = Negotiation(
@@ -273,7 +276,8 @@ class Ship:
         self._hold_sticks()
         true = self.sim.link.read_datagrams()
         lies = [frame for liar in self.liars for frame in liar.turn(true, self.now_s)]
-        arrived = true + lies + self.foreign
+        reports = [frame for met in self.met for frame in met(self.now_s)]
+        arrived = true + lies + reports + self.foreign
         if self.stuck is not None:
             arrived = [self._repeated(data, self.stuck) for data in arrived]
         if self.blind:
@@ -323,6 +327,14 @@ class Ship:
             self.server.bridge.goals.start(goal_id, request, now)
         self.server.collect()
         return goal_id
+
+    def note_started(self, goal_id: str, request: Request) -> None:
+        """Log a goal that its server has just begun by itself, if it has."""
+        server = self.server
+        goal = None if server is None else server.bridge.goals.active
+        if server is not None and goal is not None and goal.goal_id == goal_id:
+            self.log("asked", Asked(goal_id, request, None, server.bridge.pose is not None))
+            server.active = goal_id
 
     def ask_payload(self, request: PointGimbalRequest | None) -> None:
         """Let a client point the gimbal, or take a photo."""

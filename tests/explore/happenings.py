@@ -37,12 +37,14 @@ from navigation_core.tasks.inputs.velocity_command import VelocityFrame
 from navigation_core.trajectories.timed_point import TimedPoint
 from tests.explore.aircraft import Aircraft
 from tests.explore.exploration import Ship
+from tests.explore.intruder import MetIntruder
 from tests.explore.landing_mark import MARK, LandingMark
 from tests.explore.liar import Liar
 from tests.explore.moving_target import SOURCE, MovingTarget
 from tests.explore.releases import as_named
 from tests.explore.sources import others_speak, vehicle_clock
 from tests.explore.stick import Stick
+from tests.fleets.encounters import Intruder
 
 _FACING_AHEAD = (0.0, 0.0, 0.0, 0.0)
 
@@ -162,12 +164,23 @@ def follow(
     )
 
 
-def steer(ship: Ship, linear: list[float], rate: float, seconds: float, frame: str = "map") -> None:
-    """A FollowVelocity goal, and its commands for a while; the numbers may be anything."""
+def steer(
+    ship: Ship,
+    linear: list[float],
+    rate: float,
+    seconds: float,
+    frame: str = "map",
+    asks: bool = True,
+) -> None:
+    """Velocity commands for a while, with a FollowVelocity goal or without one.
+
+    The numbers may be anything.
+    """
     x, y, z = (float(v) for v in linear)
     stick = Stick(ship, VelocityFrame(frame), (x, y, z), float(rate), ship.now_s + seconds)
     ship.beside = stick.turn
-    ship.ask(VelocityRequest())
+    if asks:
+        ship.ask(VelocityRequest())
 
 
 def trajectory(ship: Ship, points: list[list[float]], topic: bool = False) -> None:
@@ -191,6 +204,30 @@ def trajectory(ship: Ship, points: list[list[float]], topic: bool = False) -> No
     elif ship.server is not None:
         ship.server.bridge.feature(TrajectoryCommands).replace(request, ship.now_s)
         ship.server.collect()
+
+
+def intruder(
+    ship: Ship,
+    course_deg: float,
+    speed: float,
+    meets_s: float,
+    climb: float = 0.0,
+    turn_deg_s: float = 0.0,
+    passes: float = 0.0,
+    number: int = 0,
+) -> None:
+    """Another aircraft is reported that will be where the vehicle is then if that flies on.
+
+    Its course counts counterclockwise from the vehicle's own.
+    """
+    truth = ship.truth()
+    east, north, up = truth.velocity_enu_m_s
+    x, y, z = truth.position_enu_m
+    meeting = (x + east * meets_s, y + north * meets_s, z + up * meets_s)
+    own_deg = math.degrees(math.atan2(north, east)) if math.hypot(east, north) > 0.5 else 0.0
+    flies = Intruder(own_deg + course_deg, speed, meets_s, climb, turn_deg_s, passes)
+    ends_s = ship.now_s + meets_s + 20.0
+    ship.met.append(MetIntruder(ship, flies, meeting, ship.now_s, ends_s, number).turn)
 
 
 def takeoff(ship: Ship, height: float = 0.0) -> None:
@@ -552,6 +589,7 @@ ACTIONS: dict[str, Action] = {
             follow,
             steer,
             trajectory,
+            intruder,
             takeoff,
             land,
             go_home,

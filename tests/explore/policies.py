@@ -38,7 +38,7 @@ from navigation_bridge.goals.requests import (
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.flying.target_landing import OFF_MAX_M
 from navigation_core.tasks.progress import FollowState, Status
-from tests.explore.course import COMMANDS, SETPOINTS, Goal, View, speed_of
+from tests.explore.course import COMMANDS, NO_GOAL, SETPOINTS, Goal, View, speed_of
 from tests.explore.log import Asked, Entry, PayloadAsked, PayloadEnded, Truth
 from tests.explore.passages import has_passage
 from tests.explore.temporal import (
@@ -133,7 +133,9 @@ def _stands(view: View, below_m_s: float) -> bool:
 
 
 def _avoids(view: View) -> bool:
-    return _avoids_any(view.flown)
+    # Commands keep clear of what is sensed, without being asked to.
+    steered = bool(view.posts) and isinstance(view.flown.request, VelocityRequest)
+    return steered or _avoids_any(view.flown)
 
 
 def _gives_way(view: View) -> bool:
@@ -553,14 +555,19 @@ def an_old_jump_counts(end: GoalFinished, view: View, now_s: float) -> bool:
 @always(of_kind("asked"), "ArduPilot FENCE_RADIUS, PX4 GF_MAX_HOR_DIST")
 def accepted_targets_are_in_the_fence(asked: Asked, view: View, now_s: float) -> bool:
     """No target outside of the vehicle's own fence is accepted once that is known."""
-    target, onboard = _target(asked.request), view.craft.onboard
-    radius_m = onboard.get("FENCE_RADIUS", 300.0) if onboard.get("FENCE_ENABLE") else math.inf
-    radius_m = onboard.get("GF_MAX_HOR_DIST", radius_m)
+    target = _target(asked.request)
     if not asked.goal_id or target is None:
         return True
     known = now_s - max(view.server_s, view.set_s) > 20.0 and view.calm(now_s, 20.0)
     away_m = view.home_away_m(target)
-    return not known or away_m <= radius_m + 2.0
+    return not known or away_m <= _fence_m(view) + 2.0
+
+
+def _fence_m(view: View) -> float:
+    """Return the radius of the vehicle's own fence; infinite without one."""
+    onboard = view.craft.onboard
+    radius_m = onboard.get("FENCE_RADIUS", 300.0) if onboard.get("FENCE_ENABLE") else math.inf
+    return onboard.get("GF_MAX_HOR_DIST", radius_m)
 
 
 @always(_SUCCESS, "REP 105, base_link")
@@ -1528,6 +1535,38 @@ def _from_first_m(view: View) -> tuple[float, float, float]:
     return (place[0] + east_m, place[1] + north_m, place[2] + own[2] - first[2])
 
 
+_EVADING = (NavigateRequest, WaypointsRequest, OrbitRequest)
+# So long before it can be too near, an intruder is known, and setpoints lead the vehicle.
+_EVADES_S = 8.0
+
+
+def _is_led_aside(view: View, now_s: float) -> bool:
+    """Whether the goal that is flown gives way to intruders, and has for a while."""
+    goal = view.flown
+    if not isinstance(goal.request, _EVADING) or goal.by_mission or not _ours(view, now_s):
+        return False
+    begun_s = max(goal.accepted_s, view.led_s if view.hovers else goal.accepted_s)
+    flew = goal.begun is not None and not goal.begun.on_ground
+    return now_s - begun_s > _EVADES_S and (view.copter or (flew and not view.hovers))
+
+
+@never(_TRUTH, "docs/fleet.md, Others")
+def an_intruder_too_near(truth: Truth, view: View, now_s: float) -> bool:
+    """A vehicle that a goal leads keeps the separation to aircraft that it has known for 8 s."""
+    if truth.on_ground or not view.craft.sees_traffic or not _is_led_aside(view, now_s):
+        return False
+    separation = view.config.bridge.traffic.separation
+    for seen_s, met in view.met.values():
+        if now_s - seen_s > 0.5 or now_s - met.reported_s < _EVADES_S:
+            continue
+        there = np.add(met.position_enu_m, (now_s - seen_s) * np.array(met.velocity_enu_m_s))
+        east, north, up = there - np.array(truth.position_enu_m)
+        level = math.hypot(east, north) < separation.horizontal_m
+        if level and abs(up) < separation.vertical_m:
+            return True
+    return False
+
+
 # --- ground truth ----------------------------------------------------------------------------
 
 
@@ -1573,6 +1612,38 @@ def the_ceiling_left(truth: Truth, view: View, now_s: float) -> bool:
     if was_above and now_s - view.flown.accepted_s < 30.0:
         return False
     return _ours(view, now_s) and not returns and truth.position_enu_m[2] > ceiling_m + 5.0
+
+
+def _was_steered(view: View) -> bool:
+    """Whether velocity commands moved it last, and nobody has asked for anything since."""
+    goal = view.active or view.last or NO_GOAL
+    return view.released is not None and isinstance(goal.request, VelocityRequest)
+
+
+@never(_TRUTH, "docs/velocity.md")
+def moving_without_commands(truth: Truth, view: View, now_s: float) -> bool:
+    """What can stand still stands 10 s after the last velocity command."""
+    if not view.hovers or not _was_steered(view) or not view.calm(now_s, 15.0):
+        return False
+    return not _stands(view, 0.5)
+
+
+@never(_TRUTH, "docs/velocity.md, Planes")
+def a_plane_gone_without_commands(truth: Truth, view: View, now_s: float) -> bool:
+    """A plane circles from 10 s after the last velocity command on."""
+    if view.hovers or view.released is None or not _was_steered(view) or not _ours(view, now_s):
+        return False
+    gone_m = math.dist(truth.position_enu_m[:2], view.released.position_enu_m[:2])
+    return gone_m > 6.0 * _PLANE_CIRCLE_M
+
+
+@never(_TRUTH, "ArduPilot FENCE_RADIUS, PX4 GF_MAX_HOR_DIST")
+def the_fence_left(truth: Truth, view: View, now_s: float) -> bool:
+    """The vehicle's own fence is not left because of us."""
+    # What is flown by its autopilot is its own.
+    led = isinstance(view.flown.request, VelocityRequest) or _led(view)
+    known = view.copter and led and now_s - max(view.server_s, view.set_s) > 20.0
+    return known and _ours(view, now_s) and view.home_away_m(truth.position_enu_m) > _fence_m(view)
 
 
 @never(_TRUTH, PARAMETERS)
@@ -1790,7 +1861,9 @@ ON_TRIAL = frozenset(
         *("a_station_pause_is_reported", "a_passage_not_found"),
         *("a_goal_stops_outside_the_volume", "a_vehicle_without_positions_stops"),
         *("a_disarmed_vehicle_ends_its_goal", "an_unheard_command_is_sent_again"),
-        *("passed_waypoints_were_passed",),
+        *("passed_waypoints_were_passed", "moving_without_commands"),
+        *("a_plane_gone_without_commands", "the_fence_left"),
+        "an_intruder_too_near",
     }
 )
 """New or changed: their violations are reported, but fail nothing until they have judged a thousand

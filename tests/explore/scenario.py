@@ -26,6 +26,7 @@ class Craft:
         firmware: the release; empty for the recorded one.
         camera: whether it has a camera.
         gimbal: whether it has a gimbal.
+        sees_traffic: whether its server keeps apart from what an ADS-B receiver reports.
     """
 
     kind: str = "copter"
@@ -41,6 +42,7 @@ class Craft:
     firmware: str = ""
     camera: bool = False
     gimbal: bool = False
+    sees_traffic: bool = False
 
 
 @dataclass(frozen=True)
