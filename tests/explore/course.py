@@ -182,6 +182,7 @@ class View:
         steered_s: when the last velocity command was or will be sent.
         met: other aircraft by their numbers, and the time of each.
         led_s: since when setpoints lead it without a pause of a second; infinite while they do not.
+        areas: of the fence that was sent to it last.
         released: the true state some seconds after that; None before.
     """
 
@@ -241,6 +242,7 @@ class View:
     released: Truth | None = None
     met: dict[int, tuple[float, Met]] = field(default_factory=dict)
     led_s: float = math.inf
+    areas: list[dict[str, Any]] = field(default_factory=list)
 
     def see(self, truth: Truth, now_s: float) -> None:
         """Keep a true state."""
@@ -467,6 +469,8 @@ class Course:
             north, east, _ = how["offset"]
             view.moved_homes_enu_m += ((east, north),)
             view.homes_enu_m += ((east, north),)
+        elif event.what == "station_fence":
+            view.areas = how["areas"]
         elif event.what == "station_param":
             onboard = {**view.craft.onboard, how["name"]: how["value"]}
             view.craft = replace(view.craft, onboard=onboard)

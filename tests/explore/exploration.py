@@ -33,6 +33,7 @@ from tests.explore.liar import Liar
 from tests.explore.log import NOBODY, Asked, Log, PayloadAsked, PayloadEnded, Truth
 from tests.explore.misreports import misreported
 from tests.explore.releases import as_named
+from tests.explore.ros_sensor import RosSensor
 from tests.explore.scenario import Craft, Post, Scenario
 from tests.explore.sizes import largest
 from tests.support.flights.late_searches import LateSearcher
@@ -194,6 +195,10 @@ class Ship:
         self.liars: list[Liar | Aircraft] = []
         self.met: list[Callable[[float], list[bytes]]] = []  # of other aircraft: what is reported
         self.misreport = ""
+        self.sensor: RosSensor | None = None
+        if craft.sensor:
+            obstacles = flight.simulation.world.obstacles
+            self.sensor = RosSensor(self.sim, craft.sensor, obstacles, flight.scenario.seed)
         self.stick_forward = 0.0
         self._sticks_due_s = 0.0
         if craft.signed:
@@ -287,6 +292,8 @@ class Ship:
         self.foreign = []
         if self.beside is not None:
             self.beside()
+        if self.sensor is not None and self.server is not None and not self.blind:
+            self.sensor.turn(self.server.bridge.obstacles, self.now_s)
         if self.server is None:
             return
         try:
@@ -431,9 +438,10 @@ class Exploration:
         self.now_s = 0.0
         self._ids = itertools.count(1)
         self._truth_s = 0.0
+        has_own = bool(scenario.posts) and not any(craft.sensor for craft in scenario.crafts)
         world = World(
             obstacles=tuple(_obstacle(i, post) for i, post in enumerate(scenario.posts)),
-            range_sensor=RangeSensor(reach_m=20.0) if scenario.posts else None,
+            range_sensor=RangeSensor(reach_m=20.0) if has_own else None,
             wind=Wind(scenario.wind_ned_m_s, scenario.gust_m_s),
         )
         configs = [_vehicle(craft) for craft in scenario.crafts]

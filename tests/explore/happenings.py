@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable
+from typing import Any
 
 from mavlink_sitl import LinkFaults
 from mavlink_vehicle.codec import Codec, make, mavlink
@@ -366,6 +367,30 @@ def station_upload(ship: Ship, count: int, seen: bool = True) -> None:
         ship.hear_station(item, seen)
 
 
+def station_fence(ship: Ship, areas: list[dict[str, Any]], seen: bool = True) -> None:
+    """Another fence: areas with "corners", or a "centre" and a "radius", each "inside" or not.
+
+    East and north of home.
+    """
+    latitude, longitude, _ = ship.craft.home
+    shrunk_m = 111_200.0 * math.cos(math.radians(latitude))
+    points = []
+    for area in areas:
+        corners = area.get("corners") or [area["centre"]]
+        kind = 5001 + (not area["inside"]) + (0 if "corners" in area else 2)
+        value = float(area.get("radius", len(corners)))
+        points += [(kind, value, east, north) for east, north in corners]
+    count = make("MISSION_COUNT", **ship.address, count=len(points), mission_type=1)
+    ship.hear_station(count, seen)
+    for seq, (kind, value, east, north) in enumerate(points):
+        item = make(
+            "MISSION_ITEM_INT", **ship.address, seq=seq, frame=0, command=kind, autocontinue=1,
+            param1=value, x=round((latitude + north / 111_200.0) * 1e7),
+            y=round((longitude + east / shrunk_m) * 1e7), z=0.0, mission_type=1,
+        )  # fmt: skip
+        ship.hear_station(item, seen)
+
+
 def station_goto(ship: Ship, north_m: float, height_m: float, seen: bool = True) -> None:
     """DO_REPOSITION."""
     latitude, longitude, altitude = ship.craft.home
@@ -601,7 +626,15 @@ ACTIONS: dict[str, Action] = {
             serve,
         ),
         *(station_mode, station_pause, station_arm, station_clear, station_current),
-        *(station_upload, station_goto, station_param, station_home, pilot_mode, pilot_throttle),
+        *(
+            station_upload,
+            station_goto,
+            station_param,
+            station_home,
+            station_fence,
+            pilot_mode,
+            pilot_throttle,
+        ),
         *(pilot_stick,),
         *(link, silence, full, stuck, blind, unlocated, gps, glitch, battery, radio, wind, reboot),
         *(clock, stall, kill, start, shut_down, noise, stranger, lie, misreport, aircraft),

@@ -1,6 +1,6 @@
-"""Situations of their own range of seeds: vehicles that somebody steers by velocity commands.
+"""More situations, with seeds of their own: commands, other aircraft, sent fences, sensors of ROS.
 
-They are arranged as those of `situations`, with copters, rovers, boats and planes.
+They are arranged as those of `situations`; somebody steers copters, rovers, boats and planes.
 """
 
 from __future__ import annotations
@@ -201,6 +201,7 @@ def _an_intruder_on_the_path(stage: Stage) -> None:
 
 def _intruders_of_a_plane(stage: Stage) -> None:
     _become(stage, "plane")
+    stage.serve(volume_radius_m=3000.0)
     stage.add(0.0, "navigate", place=[250.0, 0.0, 80.0])
     if stage.rng.random() < 0.5:
         stage.add(55.0, "orbit", centre=[300.0, 0.0], radius=80.0, laps=4.0, height=80.0)
@@ -240,12 +241,80 @@ def _an_echo(stage: Stage) -> None:
     stage.end(50.0)
 
 
+def _square(centre: list[float], half_m: float, turned_rad: float) -> list[list[float]]:
+    """Return the corners of a square, east and north of home."""
+    angles = [turned_rad + 0.25 * math.tau * (i + 0.5) for i in range(4)]
+    reach_m = math.sqrt(2.0) * half_m
+    return [
+        [
+            round(centre[0] + reach_m * math.cos(angle), 1),
+            round(centre[1] + reach_m * math.sin(angle), 1),
+        ]
+        for angle in angles
+    ]
+
+
+def _send_fence(stage: Stage, course_rad: float) -> None:
+    """Send a fence around home, and one around what is before the vehicle on a course."""
+    rng = stage.rng
+    if stage.craft.autopilot == "px4":
+        stage.fit(GF_ACTION=rng.choice((1.0, 2.0)))
+    else:
+        stage.fit(FENCE_ENABLE=1.0, FENCE_TYPE=rng.choice((4.0, 7.0)))
+    there = [22.0 * math.cos(course_rad), 22.0 * math.sin(course_rad)]
+    around = {"corners": _square([0.0, 0.0], 40.0, rng.uniform(0.0, 1.5)), "inside": True}
+    barred: dict[str, object] = {"corners": _square(there, 5.0, course_rad), "inside": False}
+    if rng.random() < 0.3:
+        barred = {"centre": [round(x, 1) for x in there], "radius": 6.0, "inside": False}
+    areas = rng.choice(([around], [around, barred], [around, barred], [barred]))
+    stage.add(1.0, "station_fence", areas=areas, seen=rng.random() < 0.7)
+
+
+def _goals_within_a_sent_fence(stage: Stage) -> None:
+    course = _course_rad(stage)
+    _send_fence(stage, course)
+    stage.add(3.0, "takeoff", height=5.0)
+    for number, away_m in enumerate((34.0, 22.0, 60.0, 15.0)):
+        angle = course + stage.rng.choice((0.0, 0.0, 0.3, math.pi))
+        place = [round(away_m * math.cos(angle), 1), round(away_m * math.sin(angle), 1), 5.0]
+        avoid = stage.rng.random() < 0.6
+        stage.add(30.0 + 25.0 * number, "navigate", place=place, avoid=avoid)
+    stage.end(135.0)
+
+
+def _commands_within_a_sent_fence(stage: Stage) -> None:
+    course = _course_rad(stage)
+    _send_fence(stage, course)
+    stage.add(3.0, "takeoff", height=5.0)
+    _steer(stage, 30.0, _linear(stage, course), 30.0)
+    _steer(stage, 65.0, _linear(stage, course + stage.rng.uniform(1.0, 5.0)), 30.0)
+    stage.end(105.0)
+
+
+def _a_wood_seen_by_a_sensor_of_ros(stage: Stage) -> None:
+    kind = stage.rng.choice(("cloud", "cloud", "scan"))
+    stage.serve(**{"points_topic" if kind == "cloud" else "scan_topic": "/sensor"})
+    stage.craft = replace(stage.craft, sensor=kind)
+    place = stage.away(50.0, 6.0)
+    for _ in range(20):
+        at = (round(stage.rng.uniform(-45.0, 45.0), 1), round(stage.rng.uniform(-45.0, 45.0), 1))
+        if math.hypot(*at) > 6.0 and math.dist(at, place[:2]) > 6.0:
+            stage.posts.append(Post(at, round(stage.rng.uniform(0.4, 2.0), 1), 20.0))
+    stage.add(0.0, "navigate", place=place, avoid=True, speed=stage.rng.choice((0.0, 3.0, 6.0)))
+    if stage.rng.random() < 0.4:
+        begun_s = stage.soon()
+        stage.add(begun_s, "blind", on=True)
+        stage.end(begun_s + 15.0)
+
+
 _SITUATIONS: tuple[Situation, ...] = (
     *(_commands_that_cease, _commands_towards_posts, _commands_out_of_the_volume),
     *(_commands_up_and_down, _commands_towards_the_fence, _commands_that_are_wrong),
     *(_commands_that_start_a_goal, _commands_that_goals_take_over),
     *(_an_intruder_on_the_path, _intruders_of_a_plane, _several_intruders),
     *(_an_intruder_of_a_circle, _an_intruder_of_who_steers, _an_echo),
+    *(_goals_within_a_sent_fence, _commands_within_a_sent_fence),
+    _a_wood_seen_by_a_sensor_of_ros,
 )
 
 

@@ -72,6 +72,8 @@ _BOOTED_S = 3.0
 _DEGREE_M, _PLANE_CIRCLE_M = 111_200.0, 60.0
 # A target that is lost is looked for above 1 m; below, the vehicle lands, and stands for a while.
 _UNSEEN_S = 11.0
+# So long after its last report another aircraft counts no more, and a goal is where it was before.
+_FORGOTTEN_S = 45.0
 # A landing takes longer than this.
 _LANDS_S = 4.0
 _CONTROL = {"ardupilot": "GUIDED", "px4": "OFFBOARD"}
@@ -140,7 +142,12 @@ def _avoids(view: View) -> bool:
 
 def _gives_way(view: View) -> bool:
     """Whether its goal may lead elsewhere than straight to its target."""
-    return _avoids(view) or bool(view.fleet)
+    return _avoids(view) or bool(view.fleet) or view.craft.sees_traffic
+
+
+def _meets(view: View, now_s: float) -> bool:
+    """Whether another aircraft is known, which a goal gives way to, paused or not."""
+    return any(now_s - seen_s < _FORGOTTEN_S for seen_s, _ in view.met.values())
 
 
 def _begun_too_near(goal: Goal, last: Goal | None, now_s: float) -> bool:
@@ -559,15 +566,31 @@ def accepted_targets_are_in_the_fence(asked: Asked, view: View, now_s: float) ->
     if not asked.goal_id or target is None:
         return True
     known = now_s - max(view.server_s, view.set_s) > 20.0 and view.calm(now_s, 20.0)
-    away_m = view.home_away_m(target)
-    return not known or away_m <= _fence_m(view) + 2.0
+    return not known or not _is_fenced_off(view, target, 2.0)
 
 
-def _fence_m(view: View) -> float:
-    """Return the radius of the vehicle's own fence; infinite without one."""
+def _is_fenced_off(view: View, place_enu_m: Sequence[float], by_m: float) -> bool:
+    """Whether a place is beyond the vehicle's own fence, by more than that."""
     onboard = view.craft.onboard
     radius_m = onboard.get("FENCE_RADIUS", 300.0) if onboard.get("FENCE_ENABLE") else math.inf
-    return onboard.get("GF_MAX_HOR_DIST", radius_m)
+    radius_m = onboard.get("GF_MAX_HOR_DIST", radius_m)
+    if view.home_away_m(place_enu_m) > radius_m + by_m:
+        return True
+    return any(_is_barred(area, place_enu_m[0], place_enu_m[1], by_m) for area in view.areas)
+
+
+def _is_barred(area: dict[str, Any], east_m: float, north_m: float, by_m: float) -> bool:
+    """Whether an area of a fence bars a place, by more than that; east and north of home."""
+    if "corners" not in area:
+        away_m = math.dist(area["centre"], (east_m, north_m)) - area["radius"]
+        return bool(away_m > by_m) if area["inside"] else bool(-away_m > by_m)
+    corners = [tuple(corner) for corner in area["corners"]]
+    crossed, least_m = False, math.inf
+    for (x, y), (a, b) in zip(corners, [*corners[1:], corners[0]], strict=True):
+        least_m = min(least_m, _from_line_m((x, y), (a, b), (east_m, north_m)))
+        if (y > north_m) != (b > north_m):
+            crossed ^= east_m < x + (north_m - y) * (a - x) / (b - y)
+    return crossed is not area["inside"] and least_m > by_m
 
 
 @always(_SUCCESS, "REP 105, base_link")
@@ -964,7 +987,7 @@ def a_circle_is_kept(feedback: GoalFeedback, view: View, now_s: float) -> bool:
     if orbit is None or math.isnan(orbit.radius_error_m) or not view.copter:
         return True
     near = abs(orbit.radius_error_m) < 2.0 + 0.5 * view.gust_m_s
-    return near or goal.disturbed or not view.calm(now_s, 30.0)
+    return near or goal.disturbed or not view.calm(now_s, 30.0) or _meets(view, now_s)
 
 
 @never(_SUCCESS, OURS)
@@ -1069,6 +1092,8 @@ def paused_stands(truth: Truth, view: View, now_s: float) -> bool:
     """12 s after a pause what can stand still stands, by ground truth."""
     feedback = view.flown.feedback
     if feedback is None or feedback.status is not Status.PAUSED or not view.hovers:
+        return True
+    if _meets(view, now_s):
         return True
     since_s = now_s - view.flown.paused_s
     return not view.calm(now_s, 12.0) or since_s < 12.0 or _stands(view, 1.0)
@@ -1643,7 +1668,7 @@ def the_fence_left(truth: Truth, view: View, now_s: float) -> bool:
     # What is flown by its autopilot is its own.
     led = isinstance(view.flown.request, VelocityRequest) or _led(view)
     known = view.copter and led and now_s - max(view.server_s, view.set_s) > 20.0
-    return known and _ours(view, now_s) and view.home_away_m(truth.position_enu_m) > _fence_m(view)
+    return known and _ours(view, now_s) and _is_fenced_off(view, truth.position_enu_m, 0.0)
 
 
 @never(_TRUTH, PARAMETERS)

@@ -27,6 +27,7 @@ class Craft:
         camera: whether it has a camera.
         gimbal: whether it has a gimbal.
         sees_traffic: whether its server keeps apart from what an ADS-B receiver reports.
+        sensor: its range sensor, if that is one of ROS instead of its autopilot's: "scan", "cloud".
     """
 
     kind: str = "copter"
@@ -43,6 +44,7 @@ class Craft:
     camera: bool = False
     gimbal: bool = False
     sees_traffic: bool = False
+    sensor: str = ""
 
 
 @dataclass(frozen=True)

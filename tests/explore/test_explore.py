@@ -17,6 +17,7 @@ from tests.explore.explorer import explore_seed
 from tests.explore.generate import scenario_of
 from tests.explore.hunt import Fate, hunt
 from tests.explore.log import Log
+from tests.explore.more_situations import MORE_SITUATIONS_FROM, more_situation_of
 from tests.explore.mutants import defect_of, defect_of_several
 from tests.explore.planting import source_of
 from tests.explore.policies import ON_TRIAL, POLICIES
@@ -92,6 +93,20 @@ def test_one_seed_in_eight_is_a_situation_and_they_take_turns() -> None:
     raised = [seed for seed in drawn(13, 192, 8, 8) if seed >= SITUATIONS_FROM]
     assert len({situation_of(seed) for seed in raised}) == len(raised) == 24
     assert all(len(scenario_of(seed).crafts) == 1 for seed in raised)
+
+
+def test_more_situations_take_turns_in_one_seed_of_eight() -> None:
+    raised = [seed for seed in drawn(13, 136, 8, 8, 8) if seed >= MORE_SITUATIONS_FROM]
+    assert len({more_situation_of(seed) for seed in raised}) == len(raised) == 17
+    assert not any(seed >= MORE_SITUATIONS_FROM for seed in drawn(13, 136, 8, 8))
+
+
+@pytest.mark.parametrize("seed", [4, 10, 14])
+def test_one_of_more_situations_repeats_without_a_violation(seed: int) -> None:
+    flown = explore_seed(MORE_SITUATIONS_FROM + seed)
+    assert not flown.error
+    assert not flown.violations
+    assert flown.digest == explore_seed(MORE_SITUATIONS_FROM + seed).digest
 
 
 @pytest.mark.parametrize("seed", [3, 8])
