@@ -97,6 +97,24 @@ def test_a_rejected_goal_raises_the_servers_code_and_sentence() -> None:
     run(program)
 
 
+def test_goals_that_are_rejected_at_once_have_their_own_reasons() -> None:
+    async def program(vehicle: Vehicle) -> None:
+        targets = [(1e5, 0.0, 4.0), (float("nan"), 0.0, 4.0), (0.0, 1e5, 4.0), (0.0, 0.0, -5.0)] * 3
+        ends = await asyncio.gather(
+            *(vehicle.goto(*target) for target in targets), return_exceptions=True
+        )
+        codes = [end.code if isinstance(end, NavigationError) else repr(end) for end in ends]
+        alone = []
+        for target in targets[:4]:
+            with pytest.raises(NavigationError) as caught:
+                await vehicle.goto(*target)
+            alone.append(caught.value.code)
+        assert codes == alone * 3
+        assert len(set(alone)) == 3
+
+    run(program)
+
+
 def test_a_cancel_a_hold_and_a_cancelled_task_end_the_goal() -> None:
     async def program(vehicle: Vehicle) -> None:
         goal = vehicle.goto(60, 0, 4, speed_m_s=1)

@@ -16,6 +16,11 @@ LATCHED_QOS = QoSProfile(
 STREAM_QOS = QoSProfile(
     history=HistoryPolicy.KEEP_LAST, depth=10, reliability=ReliabilityPolicy.RELIABLE
 )
+# For requests about goals and their answers. With ROS's own depth of 10 those of a program that
+# sends more at once would be lost, without a word.
+REQUEST_QOS = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST, depth=100, reliability=ReliabilityPolicy.RELIABLE
+)
 
 RESULT_TIMEOUT_S = 300
 """How long an action server keeps the result of an ended goal, for clients that ask late.

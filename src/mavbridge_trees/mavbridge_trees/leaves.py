@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import time
+import uuid
 from collections.abc import Sequence
 from typing import Any, ClassVar
 from weakref import WeakKeyDictionary
@@ -21,6 +22,7 @@ from rclpy.action.client import ClientGoalHandle
 from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
+from unique_identifier_msgs.msg import UUID
 
 from custom_interfaces.action import (
     Follow,
@@ -31,9 +33,9 @@ from custom_interfaces.action import (
     ReturnToLaunch,
     Takeoff,
 )
-from custom_interfaces.msg import GoalRejected, Waypoint
+from custom_interfaces.msg import Waypoint
+from drone_navigation.client.rejections import Rejections
 from drone_navigation.programs import goal_messages
-from drone_navigation.qos import LATCHED_QOS
 from navigation_bridge.names import (
     ACTION_NAME,
     FOLLOW_ACTION_NAME,
@@ -69,29 +71,8 @@ _REASON_S = 1.0
 """The reason of a rejection comes by a topic, beside the answer"""
 
 
-class _Rejections:
-    """Why goals were rejected, as the server tells everybody."""
-
-    _of: ClassVar[WeakKeyDictionary[Node, _Rejections]] = WeakKeyDictionary()
-
-    def __init__(self, node: Node) -> None:
-        """Listen."""
-        self.count = 0
-        self.code = self.message = ""
-        node.create_subscription(
-            GoalRejected, f"{SERVER_NODE_NAME}/goal_rejected", self._hear, LATCHED_QOS
-        )
-
-    @classmethod
-    def of(cls, node: Node) -> _Rejections:
-        """Return those that a node hears, one for all of its leaves."""
-        if node not in cls._of:
-            cls._of[node] = cls(node)
-        return cls._of[node]
-
-    def _hear(self, message: GoalRejected) -> None:
-        self.count += 1
-        self.code, self.message = message.code, message.message
+# One for all leaves of a node.
+_REJECTIONS: WeakKeyDictionary[Node, Rejections] = WeakKeyDictionary()
 
 
 class GoalLeaf(Behaviour):
@@ -120,8 +101,8 @@ class GoalLeaf(Behaviour):
         self._handle: ClientGoalHandle | None = None
         self._result: Future | None = None
         self._since_s = 0.0
-        self._rejections: _Rejections | None = None
-        self._heard = 0
+        self._rejections: Rejections | None = None
+        self._goal_id = ""
         self.feedback: Any = None
         self.code = ""
         self._board = Client(name=f"{name} {id(self):x}")
@@ -131,7 +112,9 @@ class GoalLeaf(Behaviour):
         """Take the ``node`` that it speaks through."""
         node: Node = kwargs["node"]
         self._client = ActionClient(node, self.action, self.action_name)
-        self._rejections = _Rejections.of(node)
+        if node not in _REJECTIONS:
+            _REJECTIONS[node] = Rejections(node)
+        self._rejections = _REJECTIONS[node]
 
     def initialise(self) -> None:
         """Begin: the goal is sent with the first tick at which the server is there."""
@@ -147,8 +130,11 @@ class GoalLeaf(Behaviour):
         if self._sent is None:
             if not client.server_is_ready():
                 return self._wait(f"There is no server of {self.action_name}.")
-            self._heard, self._since_s = rejections.count, time.monotonic()
-            self._sent = client.send_goal_async(self._goal, feedback_callback=self._hear)
+            number, self._since_s = uuid.uuid4(), time.monotonic()
+            self._goal_id = number.hex
+            self._sent = client.send_goal_async(
+                self._goal, feedback_callback=self._hear, goal_uuid=UUID(uuid=list(number.bytes))
+            )
         if self._handle is None:
             if not self._sent.done():
                 return self._wait("The server did not answer.")
@@ -156,8 +142,9 @@ class GoalLeaf(Behaviour):
             if self._handle.accepted:
                 self._result = self._handle.get_result_async()
         if self._result is None:
-            if rejections.count > self._heard:
-                return self._end(rejections.code, f"{rejections.code}: {rejections.message}")
+            reason = rejections.of(self._goal_id)
+            if reason is not None:
+                return self._end(reason.code, f"{reason.code}: {reason.sentence}")
             late = time.monotonic() - self._since_s > _REASON_S
             return self._end("REJECTED", "The goal was rejected.") if late else Status.RUNNING
         if not self._result.done():

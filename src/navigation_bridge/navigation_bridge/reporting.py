@@ -107,11 +107,11 @@ class Reporter:
         """Add a note to the recording."""
         self._outputs.append(Annotation(message))
 
-    def rejected(self, rejection: Rejection) -> None:
-        """Report the rejection of a goal."""
-        output = GoalRejected(rejection)
+    def rejected(self, rejection: Rejection, goal_id: str) -> None:
+        """Report the rejection of a goal; an id that is not known is empty."""
+        output = GoalRejected(rejection, goal_id)
         self._outputs.append(output)
-        self._happened("", "REJECTED", rejection.code.value, output.text)
+        self._happened(goal_id, "REJECTED", rejection.code.value, output.text)
         self.log(LogLevel.WARN, f"Goal rejected: {output.text}")
 
     def accepted(self, goal: ActiveGoal) -> None:

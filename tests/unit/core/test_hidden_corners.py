@@ -18,7 +18,9 @@ HEIGHT_M, REACTION_S, BRAKING_M_S2 = 5.0, 0.3, 2.5
 WALL = Box("wall", (8.0, -7.0), (1.0, 10.0), 0.0)
 
 
-def corners_seen(*obstacles: KnownObstacle, origin: Vector3 = (0.0, 0.0, HEIGHT_M)) -> list[Vector3]:
+def corners_seen(
+    *obstacles: KnownObstacle, origin: Vector3 = (0.0, 0.0, HEIGHT_M)
+) -> list[Vector3]:
     seen = ObstacleMap()
     seen.integrate(sectors(Obstacles.of(obstacles), origin), 0.0, 0.0)
     return [(east, north, HEIGHT_M) for east, north in seen.corners_enu_m]

@@ -6,7 +6,6 @@ import time
 
 from rclpy.action import ActionClient
 from rclpy.node import Node
-from std_msgs.msg import String
 
 from custom_interfaces.action import Navigate
 from custom_interfaces.msg import GoalEvent
@@ -28,10 +27,11 @@ from drone_navigation.client.options import (
     EXIT_REJECTED,
     EXIT_SUCCESS,
 )
+from drone_navigation.client.rejections import Rejections
 from drone_navigation.client.terminal.output import ClientView
 from drone_navigation.client.watch import LOST_TIMEOUT_S, ServerWatch
 from drone_navigation.presence import Presence
-from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
+from drone_navigation.qos import STREAM_QOS
 from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME
 
 # The reason of a rejection comes on its own topic, usually before the rejection itself. A server
@@ -46,7 +46,6 @@ class Course:
 
     Attributes:
         code: exit code by the end of the last goal that has ended.
-        rejections: reasons that the server has published since the last goal was sent.
     """
 
     def __init__(
@@ -65,17 +64,11 @@ class Course:
             lost_timeout_s: longest wait for a server that is not heard while a goal is flown.
         """
         self.code = EXIT_ABORTED
-        self.rejections: list[str] = []
         self._view = view
         kinds: dict[str, type[object]] = {ACTION_NAME: Navigate, first.name: first.action}
         self._clients = {name: ActionClient(node, kind, name) for name, kind in kinds.items()}
         self._first = first
-        node.create_subscription(
-            String,
-            f"{SERVER_NODE_NAME}/last_rejection",
-            lambda message: self.rejections.append(message.data),
-            LATCHED_QOS,
-        )
+        self._rejections = Rejections(node)
         node.create_subscription(
             GoalEvent, f"{SERVER_NODE_NAME}/goal_events", self._on_goal_event, STREAM_QOS
         )
@@ -159,7 +152,6 @@ class Course:
             typed: whether a person typed it in flight, and will see what becomes of it.
         """
         self._sent += 1
-        self.rejections.clear()
         self.tell(Sending(self._sent, client_goal.name, client_goal.description))
         client = self._clients[client_goal.name]
         now_s = time.monotonic()
@@ -228,15 +220,15 @@ class Course:
             self.code = _EXIT_CODES[ended.state]
 
     def _on_refused(self, goal: SentGoal, now_s: float) -> None:
-        if not self.rejections and now_s < goal.since_s + _REASON_TIMEOUT_S:
+        reason = self._rejections.of(goal.id)
+        if reason is None and now_s < goal.since_s + _REASON_TIMEOUT_S:
             return
         self._goals.remove(goal)
         self._fail(goal, EXIT_REJECTED)
-        if self.rejections:
-            reason = self.rejections[-1]
-            self.tell(Rejected(goal.number, reason.partition(":")[0], reason))
-        else:
+        if reason is None:
             self.tell(Rejected(goal.number, "", "no reason was published"))
+        else:
+            self.tell(Rejected(goal.number, reason.code, f"{reason.code}: {reason.sentence}"))
 
     def _fail(self, goal: SentGoal, code: int) -> None:
         if goal.number == 1:

@@ -42,7 +42,7 @@ from navigation_bridge.names import SERVER_NODE_NAME
 
 # Two processes that run already find each other in less.
 _SOON_S = 3.0
-# The reason of an earlier rejection is latched; it must not be taken for that of the goal to come.
+# What is latched comes within this time, if it comes.
 _LATCHED_S = 0.2
 # A server says at once that it is there; one that was killed stays in the graph for a while.
 _SERVERS_S = 1.5
@@ -140,7 +140,6 @@ class NavigationClient:
             course.say("Waiting for a server")
         if not self._wait(course.server_is_ready, self._options.server_timeout):
             return self._without_server()
-        self._wait(lambda: bool(course.rejections), _LATCHED_S)
         if not self._wait(course.servers_are_known, _SERVERS_S) and not course.servers:
             course.say("The server reports no status; looking for others")
             self._wait(lambda: course.servers > 0, _STRANGER_S)

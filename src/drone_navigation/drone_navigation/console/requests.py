@@ -134,9 +134,9 @@ class VehicleRequests:
         self._clients: dict[str, Client] = {}
         self._calls: list[_Call] = []
         self._player = ""
-        # The number of rejections heard, the last reason, and answers that wait for theirs.
-        self._heard, self._reason = 0, ""
-        self._reasons: list[tuple[float, int, Answer]] = []
+        # Of the pages' goals: reasons of rejections, and rejected ones that wait for theirs.
+        self._reasons: dict[str, str] = {}
+        self._unexplained: list[tuple[float, str, Answer]] = []
         self.routes: dict[str, RouteValue] = {}
         self.interrupted = InterruptedRoute()
 
@@ -153,21 +153,26 @@ class VehicleRequests:
                 call.future.cancel()
                 call.late()
 
-    def hear_rejection(self, reason: str) -> None:
+    def hear_rejection(self, goal_id: str, reason: str) -> None:
         """Take the reason of a rejection, which comes by a topic."""
-        self._heard += 1
-        self._reason = reason
+        if goal_id in self.routes:
+            self._reasons[goal_id] = reason
 
     def _give_reasons(self) -> None:
         """Answer what was rejected with its reason, or without one that does not come."""
-        for each in list(self._reasons):
-            until_s, heard, answer = each
-            if self._heard > heard:
-                self._reasons.remove(each)
-                answer(False, f"Rejected: {self._reason}")
-            elif self._now > until_s:
-                self._reasons.remove(each)
-                answer(False, "Rejected, and the server published no reason.")
+        for each in list(self._unexplained):
+            until_s, goal_id, answer = each
+            reason = self._reasons.get(goal_id, "")
+            if not reason and self._now <= until_s:
+                continue
+            self._unexplained.remove(each)
+            self._forget(goal_id)
+            why = f": {reason}" if reason else ", and the server published no reason."
+            answer(False, f"Rejected{why}")
+
+    def _forget(self, goal_id: str) -> None:
+        self.routes.pop(goal_id, None)
+        self._reasons.pop(goal_id, None)
 
     def _is_lost(self, call: _Call, now: float) -> bool:
         asked_s = call.deadline_s - _ANSWER_TIMEOUT_S
@@ -391,9 +396,8 @@ class VehicleRequests:
         )
         points = [[*w.position_enu_m, w.hold_time_s] for w in waypoints]
         while len(self.routes) >= _ROUTES_MAX:
-            self.routes.pop(next(iter(self.routes)))
+            self._forget(next(iter(self.routes)))
         self.routes[number.hex] = {"by": by, "action": action, "waypoints": points}
-        heard = self._heard
 
         def take(response: Navigate.Impl.SendGoalService.Response) -> None:
             if response.accepted:
@@ -401,8 +405,7 @@ class VehicleRequests:
                 if isinstance(goal, NavigateWaypoints.Goal):
                     self.interrupted.begin(goal, waypoints, self._result(action, request.goal_id))
             else:
-                self.routes.pop(number.hex, None)
-                self._reasons.append((self._now + _REASON_S, heard, answer))
+                self._unexplained.append((self._now + _REASON_S, number.hex, answer))
 
         def late() -> None:
             answer(False, f"{_COMMANDS[action]} was not answered; it may be active all the same.")

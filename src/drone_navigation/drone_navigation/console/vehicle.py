@@ -233,7 +233,7 @@ class VehicleClient:
         elif message.event == GoalEvent.ENDED and message.goal_id == self._active:
             self._end_goal()
         if message.event == GoalEvent.REJECTED:
-            self.requests.hear_rejection(text)
+            self.requests.hear_rejection(message.goal_id, text)
         if message.event in (GoalEvent.REJECTED, GoalEvent.ENDED):
             end = {"event": message.event, "code": message.what, "text": text}
             self._board.put(self._name, "end", {**end, "number": self._event_count + 1})

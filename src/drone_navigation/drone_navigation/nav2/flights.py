@@ -16,21 +16,19 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 
 from custom_interfaces.action import Follow, Navigate, NavigateWaypoints
-from custom_interfaces.msg import GoalRejected
 from drone_navigation.client.client_goal import ClientGoal
 from drone_navigation.client.events import Telemetry
 from drone_navigation.client.goals import GoalStage, SentGoal
+from drone_navigation.client.rejections import Rejections
 from drone_navigation.client.servers import no_server
 from drone_navigation.client.watch import ServerWatch
 from drone_navigation.nav2.outcomes import PREEMPTED, Nav2Outcome, aborted, ended
 from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.nav2.targets import Refusal
-from drone_navigation.qos import LATCHED_QOS
 from drone_navigation.steady_timer import NextTurn, steady_timer
 from navigation_bridge.names import (
     ACTION_NAME,
     FOLLOW_ACTION_NAME,
-    SERVER_NODE_NAME,
     WAYPOINTS_ACTION_NAME,
 )
 
@@ -80,10 +78,7 @@ class Flights:
             FOLLOW_ACTION_NAME: ActionClient(node, Follow, FOLLOW_ACTION_NAME),
             WAYPOINTS_ACTION_NAME: ActionClient(node, NavigateWaypoints, WAYPOINTS_ACTION_NAME),
         }
-        self._rejections: list[Refusal] = []
-        node.create_subscription(
-            GoalRejected, f"{SERVER_NODE_NAME}/goal_rejected", self._take_rejection, LATCHED_QOS
-        )
+        self._rejections = Rejections(node)
         self._timer = steady_timer(node, _PERIOD_S, lambda: None)
         self._timer.cancel()
         self._turning = 0
@@ -91,9 +86,6 @@ class Flights:
         self._orders = 0
         self._goal: SentGoal | None = None
         self._stopping = False
-
-    def _take_rejection(self, message: GoalRejected) -> None:
-        self._rejections.append(Refusal(message.code, message.message))
 
     @property
     def is_idle(self) -> bool:
@@ -135,7 +127,6 @@ class Flights:
             if own == self._orders and heard.stage is GoalStage.OPEN:
                 order.on_telemetry(telemetry)
 
-        self._rejections.clear()
         self._sent += 1
         client = self._clients[order.client_goal.name]
         goal = SentGoal(self._sent, order.client_goal, client, hear, started_s)
@@ -181,11 +172,10 @@ class Flights:
             return ended(end, cancelled=order.is_cancelled())
         if goal.stage is GoalStage.REFUSED:
             until_s = goal.since_s + _REASON_TIMEOUT_S
-            while not self._rejections and time.monotonic() < until_s:
+            while self._rejections.of(goal.id) is None and time.monotonic() < until_s:
                 await NextTurn()
-            why = Refusal("INTERNAL_ERROR", "No reason given.")
-            if self._rejections:
-                why = self._rejections[-1]
+            reason = self._rejections.of(goal.id) or ("INTERNAL_ERROR", "No reason given.")
+            why = Refusal(*reason)
         elif goal.stage is GoalStage.FORGOTTEN:
             text = "The server was restarted and no longer knows the goal."
             why = Refusal("NO_VEHICLE", text)

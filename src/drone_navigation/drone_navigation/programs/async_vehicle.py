@@ -26,8 +26,6 @@ __all__ = ["AsyncVehicle"]
 
 _Goal = TypeVar("_Goal", bound=FlownGoal)
 _PERIOD_S = 0.05
-# The reason of an earlier rejection is latched; it must not be taken for that of the goal to come.
-_LATCHED_S = 0.2
 
 
 class AsyncVehicle:
@@ -81,7 +79,6 @@ class AsyncVehicle:
                 )
                 raise NavigationError(NO_SERVER, text)
             await asyncio.sleep(_PERIOD_S)
-        await asyncio.sleep(_LATCHED_S)
 
     async def __aexit__(
         self,

@@ -26,17 +26,18 @@ from sensor_msgs.msg import BatteryState, NavSatFix
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
-from custom_interfaces.msg import GoalRejected, VehicleStatus
+from custom_interfaces.msg import VehicleStatus
 from drone_navigation.client.client_goal import ClientGoal
 from drone_navigation.client.events import Ended, Telemetry
 from drone_navigation.client.goals import GoalStage, SentGoal
 from drone_navigation.client.process import SILENT_S, SPIN_S, ServerSigns
+from drone_navigation.client.rejections import Rejections
 from drone_navigation.client.servers import no_server
 from drone_navigation.client.watch import ServerWatch
 from drone_navigation.process_control.ros_start import starting_ros
 from drone_navigation.programs.errors import NO_SERVER, NavigationError
 from drone_navigation.programs.reported_state import ReportedState, reported_state
-from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
+from drone_navigation.qos import LATCHED_QOS, REQUEST_QOS, STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
 
 __all__ = ["LinkGuest", "ServerLink", "TrackedGoal"]
@@ -137,7 +138,7 @@ class ServerLink:
         self._steers: Publisher | None = None
         self._goals: list[TrackedGoal] = []
         self._calls: list[_Call] = []
-        self._rejections: list[GoalRejected] = []
+        self._rejections = Rejections(self._node)
         self._origins = self._node.create_publisher(
             String, f"{SERVER_NODE_NAME}/goal_origin", STREAM_QOS
         )
@@ -151,7 +152,6 @@ class ServerLink:
             (PoseStamped, "pose", STREAM_QOS),
             (BatteryState, "battery", STREAM_QOS),
             (NavSatFix, "fix", STREAM_QOS),
-            (GoalRejected, "goal_rejected", LATCHED_QOS),
             (MarkerArray, "obstacles", LATCHED_QOS),
         ):
             self._node.create_subscription(
@@ -229,8 +229,6 @@ class ServerLink:
         self._seen[topic] = message
         if isinstance(message, VehicleStatus):
             self._heard_s = time.monotonic()
-        elif isinstance(message, GoalRejected):
-            self._rejections.append(message)
         elif isinstance(message, MarkerArray):
             self.knows_obstacles = True
 
@@ -245,7 +243,14 @@ class ServerLink:
             origin: the program's name for itself; empty for none.
         """
         if client_goal.name not in self._actions:
-            client = ActionClient(self._node, client_goal.action, client_goal.name)
+            client = ActionClient(
+                self._node,
+                client_goal.action,
+                client_goal.name,
+                goal_service_qos_profile=REQUEST_QOS,
+                result_service_qos_profile=REQUEST_QOS,
+                cancel_service_qos_profile=REQUEST_QOS,
+            )
             self._actions[client_goal.name] = client
         goal = TrackedGoal(client_goal, listener, origin, time.monotonic() + _FIND_S)
         self._goals.append(goal)
@@ -273,7 +278,6 @@ class ServerLink:
             goal.listener.finish(NavigationError("CANCELED", "The goal was not sent."))
         elif client.server_is_ready():
             self._numbers += 1
-            self._rejections.clear()
 
             def feed(sent: SentGoal, telemetry: Telemetry) -> None:
                 goal.watch.hear(time.monotonic())
@@ -298,9 +302,9 @@ class ServerLink:
         if sent.stage is GoalStage.ENDED:
             return sent.end(replaced=sent.number < self._numbers)
         if sent.stage is GoalStage.REFUSED:
-            if self._rejections:
-                reason = self._rejections[-1]
-                return NavigationError(reason.code, reason.message)
+            reason = self._rejections.of(sent.id)
+            if reason is not None:
+                return NavigationError(reason.code, reason.sentence)
             if now_s > sent.since_s + _REASON_S:
                 return NavigationError("INTERNAL_ERROR", "Rejected; no reason was published.")
         elif sent.stage is GoalStage.UNANSWERED:

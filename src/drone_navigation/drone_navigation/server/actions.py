@@ -41,7 +41,7 @@ from custom_interfaces.action import (
     Takeoff,
 )
 from drone_navigation.presence import Presence
-from drone_navigation.qos import RESULT_TIMEOUT_S
+from drone_navigation.qos import REQUEST_QOS, RESULT_TIMEOUT_S
 from drone_navigation.server import conversions as convert
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.subscribing.target_topic import topic_types
@@ -233,15 +233,19 @@ class _GoalActionServer(ActionServer):
 
     Attributes:
         on_known_id: called with the goal's id, as hexadecimal digits, when one is rejected so.
+        requested_id: the id of the goal that is being decided on, which rclpy does not pass on;
+            one at a time, as the callbacks of an action exclude each other.
     """
 
     on_known_id: Callable[[str], None]
+    requested_id = ""
 
     async def _execute_goal_request(self, request_header_and_message: tuple[object, Any]) -> None:
         _, request = request_header_and_message
         goal_id = bytes(request.goal_id.uuid)
         if goal_id in self._goal_handles:
             self.on_known_id(goal_id.hex())
+        self.requested_id = goal_id.hex()
         await super()._execute_goal_request(request_header_and_message)
 
     async def _execute_cancel_request(self, request_header_and_message: tuple[object, Any]) -> None:
@@ -297,37 +301,45 @@ class GoalServers:
         self._servers = [self._serve(kind, group) for kind in ACTIONS]
 
     def _serve(self, kind: ActionKind, group: MutuallyExclusiveCallbackGroup) -> ActionServer:
-        server = _GoalActionServer(
+        server: _GoalActionServer = _GoalActionServer(
             self._node,
             kind.type,
             kind.name,
             execute_callback=lambda handle: self._execute(kind, handle),
-            goal_callback=lambda goal: self._on_goal(self._request(kind, goal)),
+            goal_callback=lambda goal: self._on_goal(
+                self._request(kind, goal), server.requested_id
+            ),
             handle_accepted_callback=lambda handle: self._on_accepted(kind, handle),
             cancel_callback=lambda handle: self._on_cancel(kind, handle),
             callback_group=group,
             result_timeout=RESULT_TIMEOUT_S,
+            goal_service_qos_profile=REQUEST_QOS,
+            result_service_qos_profile=REQUEST_QOS,
+            cancel_service_qos_profile=REQUEST_QOS,
         )
         server.on_known_id = self._on_known_id
         return server
 
     # --- executor threads --------------------------------------------------------------
 
-    def _on_goal(self, request: Request) -> GoalResponse:
+    def _on_goal(self, request: Request, goal_id: str) -> GoalResponse:
         try:
             rejection = None if self._presence is None else self._presence.rejection()
             if rejection is not None:
                 refusal = rejection
-                self._driver.call(lambda: self._bridge.goals.reject(refusal), _CALL_TIMEOUT_S)
+                self._driver.call(
+                    lambda: self._bridge.goals.reject(refusal, goal_id), _CALL_TIMEOUT_S
+                )
                 return GoalResponse.REJECT
             rejection = self._driver.call(
-                lambda: self._bridge.goals.check(request, self._clock.now()), _CALL_TIMEOUT_S
+                lambda: self._bridge.goals.check(request, self._clock.now(), goal_id),
+                _CALL_TIMEOUT_S,
             )
         except DriverError as error:
             late = Rejection(OutcomeCode.SERVER_LATE, f"{error} {_LATE_ADVICE}")
             self._node.get_logger().error(f"Goal rejected: {late.code.value}: {late.message}")
             # Clients learn it from the driver's thread, when that gets a processor again.
-            self._driver.post(lambda: self._bridge.goals.reject(late))
+            self._driver.post(lambda: self._bridge.goals.reject(late, goal_id))
             return GoalResponse.REJECT
         return GoalResponse.ACCEPT if rejection is None else GoalResponse.REJECT
 
@@ -337,7 +349,7 @@ class GoalServers:
             f"{RESULT_TIMEOUT_S} s ago; give each goal an id of its own."
         )
         rejection = Rejection(OutcomeCode.BUSY, text)
-        self._driver.post(lambda: self._bridge.goals.reject(rejection))
+        self._driver.post(lambda: self._bridge.goals.reject(rejection, goal_id))
 
     def _request(self, kind: ActionKind, goal: GoalMessage) -> Request:
         request = kind.request(goal)

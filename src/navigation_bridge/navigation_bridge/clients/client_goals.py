@@ -56,18 +56,24 @@ class ClientGoals:
         goal = self._engine.goal
         return self.recorded_id if goal is None else goal.goal_id
 
-    def check(self, request: Request, now: float) -> Rejection | None:
-        """Return whether a goal would be accepted now; a rejection is also logged."""
+    def check(self, request: Request, now: float, goal_id: str = "") -> Rejection | None:
+        """Return whether a goal would be accepted now; a rejection is also reported.
+
+        Args:
+            request: what is asked for.
+            now: time, s.
+            goal_id: as hexadecimal digits, so that its client knows the reason for its own.
+        """
         refusal = self._services.refusal
         admitted = refusal or self._admission.admit(request, self.active_id, now)
         if not isinstance(admitted, Rejection):
             return None
-        self._report.rejected(admitted)
+        self._report.rejected(admitted, goal_id)
         return admitted
 
-    def reject(self, rejection: Rejection) -> None:
+    def reject(self, rejection: Rejection, goal_id: str = "") -> None:
         """Report a goal that was rejected before it reached the bridge."""
-        self._report.rejected(rejection)
+        self._report.rejected(rejection, goal_id)
 
     def start(self, goal_id: str, request: Request, now: float) -> None:
         """Begin an accepted goal; it replaces the active one.

@@ -107,9 +107,15 @@ class GoalFinished:
 
 @dataclass(frozen=True)
 class GoalRejected:
-    """A goal was rejected before acceptance."""
+    """A goal was rejected before acceptance.
+
+    Attributes:
+        rejection: why.
+        goal_id: UUID as hexadecimal digits; empty if it is not known.
+    """
 
     rejection: Rejection
+    goal_id: str = ""
 
     @property
     def text(self) -> str:
@@ -152,7 +158,7 @@ class GoalHappened:
     """Event in the life cycle of a goal, for observers.
 
     Attributes:
-        goal_id: UUID as hexadecimal digits; empty for a rejected goal.
+        goal_id: UUID as hexadecimal digits; empty for a rejected goal in older recordings.
         event: "ACCEPTED", "REJECTED", "STATUS" or "ENDED", as in GoalEvent.msg.
         what: the new status, or the code; empty for ACCEPTED.
         message: for people.

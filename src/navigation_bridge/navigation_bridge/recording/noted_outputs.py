@@ -71,7 +71,7 @@ class NotedOutputs:
                 self._status = Status(happened.what)
         elif happened.event == "REJECTED" and (code := _code(happened.what)) is not None:
             sentence = happened.message.removeprefix(f"{code.value}: ")
-            outputs.insert(0, GoalRejected(Rejection(code, sentence)))
+            outputs.insert(0, GoalRejected(Rejection(code, sentence), happened.goal_id))
         elif happened.event == "ENDED":
             self._bridge.goals.recorded_id = None
             if (code := _code(happened.what)) is not None:

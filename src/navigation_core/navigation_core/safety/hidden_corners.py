@@ -1,8 +1,8 @@
 """The speed past corners that hide something.
 
 Behind the end of a wall something may move that no sensor sees yet, and it is seen first when it
-steps out. The vehicle passes such a corner no faster than it could come to rest within the distance
-to it, so what steps out meets a vehicle that is slow already. Abreast of a corner it sees behind it.
+steps out. So the vehicle is no faster than it could come to rest within the distance to such a
+corner ahead of it. Abreast of a corner it sees behind it.
 """
 
 from __future__ import annotations

@@ -171,6 +171,7 @@ def goal_rejected(rejected: GoalRejected, stamp: Time) -> GoalRejectedMessage:
     """Return why a goal was rejected, in parts."""
     message = GoalRejectedMessage()
     message.header.stamp = stamp
+    message.goal_id = rejected.goal_id
     message.error_code = code_number(rejected.rejection.code)
     message.code = rejected.rejection.code.value
     message.message = rejected.rejection.message
