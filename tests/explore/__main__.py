@@ -21,6 +21,7 @@ from tests.explore.course import SETPOINTS
 from tests.explore.explorer import Flown, explore, explore_scenario
 from tests.explore.generate import SHARING_FROM, scenario_of
 from tests.explore.log import Entry, Log
+from tests.explore.more_situations import MORE_SITUATIONS_FROM
 from tests.explore.picture import draw
 from tests.explore.policies import ON_TRIAL, POLICIES
 from tests.explore.run import fly
@@ -47,6 +48,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--sharing", type=int, default=8, metavar="N", help=sharing_help)
     situations_help = "one seed in N is a situation (default: 8; 0: none)"
     parser.add_argument("--situations", type=int, default=8, metavar="N", help=situations_help)
+    more_help = "one seed in N is one of more situations (default: 8; 0: none)"
+    parser.add_argument("--more", type=int, default=8, metavar="N", help=more_help)
     parser.add_argument("--minutes", type=float, help="stop after this time")
     parser.add_argument("--workers", type=int, default=2, help="processes (default: 2)")
     dask_help = "fly on this Dask cluster; 'local': a cluster of --workers on this machine"
@@ -121,7 +124,8 @@ def _many(options: argparse.Namespace) -> int:
     failed = False
 
     def seeds() -> Iterator[int]:
-        for seed in drawn(options.first, options.seeds, options.sharing, options.situations):
+        kinds = options.sharing, options.situations, options.more
+        for seed in drawn(options.first, options.seeds, *kinds):
             if options.minutes and time.monotonic() - begun_s > 60.0 * options.minutes:
                 return
             yield seed
@@ -149,11 +153,13 @@ def _many(options: argparse.Namespace) -> int:
     return 1 if failed else 0
 
 
-def drawn(first: int, count: int, sharing: int, situations: int = 0) -> Iterator[int]:
+def drawn(
+    first: int, count: int, sharing: int, situations: int = 0, more: int = 0
+) -> Iterator[int]:
     """Return seeds from one on; some are raised.
 
-    One in `sharing` becomes one of shared traffic, one in `situations` a situation, and one in four
-    times as many a situation of trajectories.
+    One in `sharing` becomes one of shared traffic, one in `situations` a situation, one in `more`
+    one of more situations, and one in four times `situations` a situation of trajectories.
     """
     for seed in itertools.islice(itertools.count(first), count):
         if sharing > 0 and seed % sharing == 0 and seed < SHARING_FROM:
@@ -162,6 +168,8 @@ def drawn(first: int, count: int, sharing: int, situations: int = 0) -> Iterator
             yield seed // situations + SITUATIONS_FROM
         elif situations > 0 and seed % (4 * situations) == 1 and seed < SHARING_FROM:
             yield seed // (4 * situations) + TRAJECTORIES_FROM
+        elif more > 0 and seed % more == more // 4 and seed < SHARING_FROM:
+            yield seed // more + MORE_SITUATIONS_FROM
         else:
             yield seed
 

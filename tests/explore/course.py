@@ -19,7 +19,7 @@ from navigation_bridge.goals.goal import (
 )
 from navigation_bridge.goals.requests import LandRequest, Request, WaypointsRequest
 from navigation_core.tasks.progress import Status
-from tests.explore.log import NOBODY, Asked, Entry, PayloadAsked, PayloadEnded, Truth
+from tests.explore.log import NOBODY, Asked, Entry, Met, PayloadAsked, PayloadEnded, Truth
 from tests.explore.scenario import Craft, Event, Post, Scenario
 
 SETPOINTS = ("SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT")
@@ -28,6 +28,8 @@ _TAKERS = frozenset(
     {"pilot_mode", "pilot_stick", "station_mode", "station_goto", "station_pause", "reboot"}
 )
 _CIRCLE_GAP_S = 1.0
+# After the last velocity command: what stands still does, and a plane circles.
+_RELEASED_S = 10.0
 _STORING = frozenset({"station_clear", "station_upload", "station_current"})
 _TROUBLE = frozenset(
     {
@@ -177,6 +179,11 @@ class View:
         misreported: whether it ever did.
         armings: how often the server has sent that the motors be started.
         payload_ends: how often each request to gimbal or camera was answered, by its number.
+        steered_s: when the last velocity command was or will be sent.
+        met: other aircraft by their numbers, and the time of each.
+        led_s: since when setpoints lead it without a pause of a second; infinite while they do not.
+        areas: of the fence that was sent to it last.
+        released: the true state some seconds after that; None before.
     """
 
     craft: Craft
@@ -231,6 +238,20 @@ class View:
     misreported: bool = False
     armings: int = 0
     payload_ends: dict[int, int] = field(default_factory=dict)
+    steered_s: float = -math.inf
+    released: Truth | None = None
+    met: dict[int, tuple[float, Met]] = field(default_factory=dict)
+    led_s: float = math.inf
+    areas: list[dict[str, Any]] = field(default_factory=list)
+
+    def see(self, truth: Truth, now_s: float) -> None:
+        """Keep a true state."""
+        self.truth = truth
+        if self.released is None and now_s > self.steered_s + _RELEASED_S:
+            self.released = truth
+        self.recent.append((now_s, truth))
+        while self.recent[0][0] < now_s - 3.0:
+            self.recent.popleft()
 
     def home_away_m(self, place_enu_m: Sequence[float]) -> float:
         """Return how far a place is from home, level."""
@@ -334,11 +355,8 @@ class Course:
         view.denied_s = min(view.denied_s, now_s) if is_denied else math.inf
         if truth.collided:
             view.hit_s = min(view.hit_s, now_s)
-        view.truth = truth
+        view.see(truth, now_s)
         view.flown.pass_by(truth.position_enu_m)
-        view.recent.append((now_s, truth))
-        while view.recent[0][0] < now_s - 3.0:
-            view.recent.popleft()
         if view.active is not None and view.troubled:
             view.active.disturbed = True
         if view.is_in_circle():
@@ -382,6 +400,8 @@ class Course:
             view.items[message.seq] = (message.x, message.y)
         elif kind in SETPOINTS:
             view.before, view.before_s = view.setpoint, view.setpoint_s
+            if now_s - view.setpoint_s > 1.0:
+                view.led_s = now_s
             view.setpoint, view.setpoint_s = message, now_s
 
     def _output(self, view: View, output: Any, now_s: float) -> None:
@@ -426,12 +446,20 @@ class Course:
             if view.troubled & _OVER.keys():
                 view.trouble_s = now_s
             view.troubled -= _OVER.keys()
-        elif what == "serve":
-            view.served_s = now_s
-        elif what == "shut_down":
-            view.shut_down_s = now_s
+        elif what in ("serve", "steer", "shut_down"):
+            self._call(view, event, now_s)
         elif goal is not None:
             _note_client(goal, what, now_s)
+
+    @staticmethod
+    def _call(view: View, event: Event, now_s: float) -> None:
+        """Note what is asked for beside goals."""
+        if event.what == "serve":
+            view.served_s = now_s
+        elif event.what == "steer":
+            view.steered_s, view.released = now_s + event.how["seconds"], None
+        else:
+            view.shut_down_s = now_s
 
     @staticmethod
     def _set(view: View, event: Event, now_s: float) -> None:
@@ -441,6 +469,8 @@ class Course:
             north, east, _ = how["offset"]
             view.moved_homes_enu_m += ((east, north),)
             view.homes_enu_m += ((east, north),)
+        elif event.what == "station_fence":
+            view.areas = how["areas"]
         elif event.what == "station_param":
             onboard = {**view.craft.onboard, how["name"]: how["value"]}
             view.craft = replace(view.craft, onboard=onboard)
@@ -486,6 +516,9 @@ class Course:
 
     def _mark(self, view: View, place: tuple[float, float, float], now_s: float) -> None:
         view.mark_enu_m, view.mark_s = place, now_s
+
+    def _intruder(self, view: View, met: Met, now_s: float) -> None:
+        view.met[met.number] = now_s, met
 
     def _recorded(self, view: View, ends: dict[str, tuple[str, str]], now_s: float) -> None:
         """Nothing to keep."""

@@ -25,8 +25,9 @@ from pathlib import Path
 from types import CodeType
 
 from tests.explore.generate import LYING, SHARING_FROM, UNSAFE
+from tests.explore.more_situations import MORE_SITUATIONS_FROM
 from tests.explore.planting import PRODUCT, plant, source_of
-from tests.explore.situations import SITUATIONS_FROM
+from tests.explore.situations import SITUATIONS_FROM, TRAJECTORIES_FROM
 
 OUT = Path("out/explore")
 _HERE = Path(__file__).parent
@@ -37,12 +38,14 @@ _SCRIPTS = (
     "generate.py",
     "happenings.py",
     "log.py",
+    "more_situations.py",
     "run.py",
     "scenario.py",
     "situations.py",
 )
 _MARKS = "__reached__"
-# Every kind of seed takes its turn: shared traffic, situations, liars, sequences that are unsafe.
+# Every kind of seed takes its turn: shared traffic, situations, more of them, liars, sequences that
+# are unsafe.
 _KINDS = 8
 
 OUTSIDE = {
@@ -326,11 +329,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _of_all_kinds(number: int) -> int:
     """Return a seed of the kind whose turn it is."""
-    kind = number % _KINDS
-    if kind in (0, 4):
-        return number + SHARING_FROM
+    turn, kind = divmod(number, _KINDS)
+    if kind == 0:
+        return (number + SHARING_FROM) | (LYING if turn % 2 else 0)
+    if kind == 1 and turn % 2:
+        return turn // 2 + TRAJECTORIES_FROM
     if kind in (2, 6):
-        return number // 2 + SITUATIONS_FROM
+        return 2 * turn + kind // 6 + SITUATIONS_FROM
+    if kind in (4, 5):
+        return 2 * turn + kind - 4 + MORE_SITUATIONS_FROM
     return number | {3: LYING, 7: UNSAFE}.get(kind, 0)
 
 

@@ -33,6 +33,7 @@ from tests.explore.liar import Liar
 from tests.explore.log import NOBODY, Asked, Log, PayloadAsked, PayloadEnded, Truth
 from tests.explore.misreports import misreported
 from tests.explore.releases import as_named
+from tests.explore.ros_sensor import RosSensor
 from tests.explore.scenario import Craft, Post, Scenario
 from tests.explore.sizes import largest
 from tests.support.flights.late_searches import LateSearcher
@@ -127,7 +128,8 @@ class Server:
 
     def _negotiate(self, traffic: SharedTraffic, now: float) -> None:
         """Read the states of other servers, and send the own one when it is due."""
-        assert traffic.negotiation is not None
+        if traffic.negotiation is None:
+            return
         while self.inbox:
             sender, state = self.inbox.popleft()
             if traffic.earth is not None:
@@ -191,7 +193,12 @@ class Ship:
         self.server: Server | None = None
         self.beside: Callable[[], None] | None = None  # of what moves beside it
         self.liars: list[Liar | Aircraft] = []
+        self.met: list[Callable[[float], list[bytes]]] = []  # of other aircraft: what is reported
         self.misreport = ""
+        self.sensor: RosSensor | None = None
+        if craft.sensor:
+            obstacles = flight.simulation.world.obstacles
+            self.sensor = RosSensor(self.sim, craft.sensor, obstacles, flight.scenario.seed)
         self.stick_forward = 0.0
         self._sticks_due_s = 0.0
         if craft.signed:
@@ -230,8 +237,9 @@ class Ship:
             searcher = LateSearcher(lambda: flight.now_s, takes_s, 0.1) if takes_s else AT_ONCE
             signing = self._signing()
             traffic: SharedTraffic | None = None
-            if flight.scenario.shares_traffic:
+            if flight.scenario.shares_traffic or self.craft.sees_traffic:
                 traffic = SharedTraffic()
+            if traffic is not None and flight.scenario.shares_traffic:
                 own = f"/server{self.index}"
                 epoch = round(1e3 * flight.now_s)
                 traffic.negotiation = Negotiation(
@@ -273,7 +281,8 @@ class Ship:
         self._hold_sticks()
         true = self.sim.link.read_datagrams()
         lies = [frame for liar in self.liars for frame in liar.turn(true, self.now_s)]
-        arrived = true + lies + self.foreign
+        reports = [frame for met in self.met for frame in met(self.now_s)]
+        arrived = true + lies + reports + self.foreign
         if self.stuck is not None:
             arrived = [self._repeated(data, self.stuck) for data in arrived]
         if self.blind:
@@ -283,6 +292,8 @@ class Ship:
         self.foreign = []
         if self.beside is not None:
             self.beside()
+        if self.sensor is not None and self.server is not None and not self.blind:
+            self.sensor.turn(self.server.bridge.obstacles, self.now_s)
         if self.server is None:
             return
         try:
@@ -323,6 +334,14 @@ class Ship:
             self.server.bridge.goals.start(goal_id, request, now)
         self.server.collect()
         return goal_id
+
+    def note_started(self, goal_id: str, request: Request) -> None:
+        """Log a goal that its server has just begun by itself, if it has."""
+        server = self.server
+        goal = None if server is None else server.bridge.goals.active
+        if server is not None and goal is not None and goal.goal_id == goal_id:
+            self.log("asked", Asked(goal_id, request, None, server.bridge.pose is not None))
+            server.active = goal_id
 
     def ask_payload(self, request: PointGimbalRequest | None) -> None:
         """Let a client point the gimbal, or take a photo."""
@@ -419,9 +438,10 @@ class Exploration:
         self.now_s = 0.0
         self._ids = itertools.count(1)
         self._truth_s = 0.0
+        has_own = bool(scenario.posts) and not any(craft.sensor for craft in scenario.crafts)
         world = World(
             obstacles=tuple(_obstacle(i, post) for i, post in enumerate(scenario.posts)),
-            range_sensor=RangeSensor(reach_m=20.0) if scenario.posts else None,
+            range_sensor=RangeSensor(reach_m=20.0) if has_own else None,
             wind=Wind(scenario.wind_ned_m_s, scenario.gust_m_s),
         )
         configs = [_vehicle(craft) for craft in scenario.crafts]

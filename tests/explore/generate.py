@@ -11,6 +11,7 @@ from tests.explore import sources
 from tests.explore.aircraft import AIRCRAFT
 from tests.explore.liar import LIES
 from tests.explore.misreports import MISREPORTS
+from tests.explore.more_situations import MORE_SITUATIONS_FROM, write_more
 from tests.explore.releases import RELEASES
 from tests.explore.scenario import Craft, Event, Post, Scenario
 from tests.explore.situations import SITUATIONS_FROM, write_situation
@@ -698,6 +699,8 @@ class _TrafficAuthor:
 
 def scenario_of(seed: int) -> Scenario:
     """Make a scenario; the same number gives the same one."""
+    if seed >= MORE_SITUATIONS_FROM:
+        return write_more(seed)
     if seed >= SITUATIONS_FROM:
         return write_situation(seed)
     if seed >= SHARING_FROM:

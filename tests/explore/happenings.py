@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable
+from typing import Any
 
 from mavlink_sitl import LinkFaults
 from mavlink_vehicle.codec import Codec, make, mavlink
@@ -37,12 +38,14 @@ from navigation_core.tasks.inputs.velocity_command import VelocityFrame
 from navigation_core.trajectories.timed_point import TimedPoint
 from tests.explore.aircraft import Aircraft
 from tests.explore.exploration import Ship
+from tests.explore.intruder import MetIntruder
 from tests.explore.landing_mark import MARK, LandingMark
 from tests.explore.liar import Liar
 from tests.explore.moving_target import SOURCE, MovingTarget
 from tests.explore.releases import as_named
 from tests.explore.sources import others_speak, vehicle_clock
 from tests.explore.stick import Stick
+from tests.fleets.encounters import Intruder
 
 _FACING_AHEAD = (0.0, 0.0, 0.0, 0.0)
 
@@ -162,12 +165,23 @@ def follow(
     )
 
 
-def steer(ship: Ship, linear: list[float], rate: float, seconds: float, frame: str = "map") -> None:
-    """A FollowVelocity goal, and its commands for a while; the numbers may be anything."""
+def steer(
+    ship: Ship,
+    linear: list[float],
+    rate: float,
+    seconds: float,
+    frame: str = "map",
+    asks: bool = True,
+) -> None:
+    """Velocity commands for a while, with a FollowVelocity goal or without one.
+
+    The numbers may be anything.
+    """
     x, y, z = (float(v) for v in linear)
     stick = Stick(ship, VelocityFrame(frame), (x, y, z), float(rate), ship.now_s + seconds)
     ship.beside = stick.turn
-    ship.ask(VelocityRequest())
+    if asks:
+        ship.ask(VelocityRequest())
 
 
 def trajectory(ship: Ship, points: list[list[float]], topic: bool = False) -> None:
@@ -191,6 +205,30 @@ def trajectory(ship: Ship, points: list[list[float]], topic: bool = False) -> No
     elif ship.server is not None:
         ship.server.bridge.feature(TrajectoryCommands).replace(request, ship.now_s)
         ship.server.collect()
+
+
+def intruder(
+    ship: Ship,
+    course_deg: float,
+    speed: float,
+    meets_s: float,
+    climb: float = 0.0,
+    turn_deg_s: float = 0.0,
+    passes: float = 0.0,
+    number: int = 0,
+) -> None:
+    """Another aircraft is reported that will be where the vehicle is then if that flies on.
+
+    Its course counts counterclockwise from the vehicle's own.
+    """
+    truth = ship.truth()
+    east, north, up = truth.velocity_enu_m_s
+    x, y, z = truth.position_enu_m
+    meeting = (x + east * meets_s, y + north * meets_s, z + up * meets_s)
+    own_deg = math.degrees(math.atan2(north, east)) if math.hypot(east, north) > 0.5 else 0.0
+    flies = Intruder(own_deg + course_deg, speed, meets_s, climb, turn_deg_s, passes)
+    ends_s = ship.now_s + meets_s + 20.0
+    ship.met.append(MetIntruder(ship, flies, meeting, ship.now_s, ends_s, number).turn)
 
 
 def takeoff(ship: Ship, height: float = 0.0) -> None:
@@ -325,6 +363,30 @@ def station_upload(ship: Ship, count: int, seen: bool = True) -> None:
         item = make(
             "MISSION_ITEM_INT", **ship.address, seq=seq, frame=6, command=16, autocontinue=1,
             param4=math.nan, x=round(latitude * 1e7) + 300 * seq, y=round(longitude * 1e7), z=20.0,
+        )  # fmt: skip
+        ship.hear_station(item, seen)
+
+
+def station_fence(ship: Ship, areas: list[dict[str, Any]], seen: bool = True) -> None:
+    """Another fence: areas with "corners", or a "centre" and a "radius", each "inside" or not.
+
+    East and north of home.
+    """
+    latitude, longitude, _ = ship.craft.home
+    shrunk_m = 111_200.0 * math.cos(math.radians(latitude))
+    points = []
+    for area in areas:
+        corners = area.get("corners") or [area["centre"]]
+        kind = 5001 + (not area["inside"]) + (0 if "corners" in area else 2)
+        value = float(area.get("radius", len(corners)))
+        points += [(kind, value, east, north) for east, north in corners]
+    count = make("MISSION_COUNT", **ship.address, count=len(points), mission_type=1)
+    ship.hear_station(count, seen)
+    for seq, (kind, value, east, north) in enumerate(points):
+        item = make(
+            "MISSION_ITEM_INT", **ship.address, seq=seq, frame=0, command=kind, autocontinue=1,
+            param1=value, x=round((latitude + north / 111_200.0) * 1e7),
+            y=round((longitude + east / shrunk_m) * 1e7), z=0.0, mission_type=1,
         )  # fmt: skip
         ship.hear_station(item, seen)
 
@@ -552,6 +614,7 @@ ACTIONS: dict[str, Action] = {
             follow,
             steer,
             trajectory,
+            intruder,
             takeoff,
             land,
             go_home,
@@ -563,7 +626,15 @@ ACTIONS: dict[str, Action] = {
             serve,
         ),
         *(station_mode, station_pause, station_arm, station_clear, station_current),
-        *(station_upload, station_goto, station_param, station_home, pilot_mode, pilot_throttle),
+        *(
+            station_upload,
+            station_goto,
+            station_param,
+            station_home,
+            station_fence,
+            pilot_mode,
+            pilot_throttle,
+        ),
         *(pilot_stick,),
         *(link, silence, full, stuck, blind, unlocated, gps, glitch, battery, radio, wind, reboot),
         *(clock, stall, kill, start, shut_down, noise, stranger, lie, misreport, aircraft),

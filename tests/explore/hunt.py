@@ -23,13 +23,14 @@ from types import CodeType
 
 from tests.explore.coverage import Reached, import_what_stays, reach, statement_lines
 from tests.explore.generate import SHARING_FROM, scenario_of
+from tests.explore.more_situations import MORE_SITUATIONS_FROM, more_situation_of
 from tests.explore.planting import plant, source_of
 from tests.explore.scenario import Scenario
 from tests.explore.situations import SITUATIONS_FROM, TRAJECTORIES_FROM, situation_of
 
 BUDGET = 12
 GROUNDS = 160
-_SITUATIONS, _TRAJECTORIES = 72, 24
+_SITUATIONS, _TRAJECTORIES, _MORE = 72, 24, 34
 _SHORT_S = 60.0
 _CALM_FROM, _SHARING = 6000, 100
 _GOALS = ("navigate", "route", "takeoff", "land", "go_home")
@@ -118,6 +119,7 @@ def grounds(count: int = GROUNDS) -> tuple[int, ...]:
     return (
         *situations,
         *trajectories,
+        *range(MORE_SITUATIONS_FROM, MORE_SITUATIONS_FROM + _MORE),
         *found,
         *_various(range(_CALM_FROM, 36000), _calm_coincidences, calm),
     )
@@ -216,7 +218,9 @@ def _seen(flight: Reached, module: str) -> set[tuple[int, str]]:
     lines = flight.lines[module]
     seen = {(line, kind) for line in lines for kind in ("", f"{craft.kind} {craft.autopilot}")}
     if flight.seed >= SITUATIONS_FROM:
-        seen.add((0, situation_of(flight.seed).__name__))
+        is_more = flight.seed >= MORE_SITUATIONS_FROM
+        situation = more_situation_of(flight.seed) if is_more else situation_of(flight.seed)
+        seen.add((0, situation.__name__))
     return seen
 
 

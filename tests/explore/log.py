@@ -70,6 +70,23 @@ class PayloadEnded:
 
 
 @dataclass(frozen=True)
+class Met:
+    """Where another aircraft truly is that a vehicle meets.
+
+    Attributes:
+        number: which of several.
+        reported_s: since when it is reported to the vehicle.
+        position_enu_m: from the vehicle's home.
+        velocity_enu_m_s: over ground.
+    """
+
+    number: int
+    reported_s: float
+    position_enu_m: Vector3
+    velocity_enu_m_s: Vector3
+
+
+@dataclass(frozen=True)
 class Entry:
     """One line.
 
@@ -80,8 +97,9 @@ class Entry:
             "happening" (an event of the scenario), "server" ("started", "killed", "failed"),
             "waits" (the vehicle that it waits for by its server's picture of the traffic, from 0;
             -1 for none), "target" and "mark" (where it truly is that is followed, or that is seen
-            and landed on), "size" (the largest container of the server: its name and length),
-            "recorded" (the ends of goals as a recording has them: code and message by id).
+            and landed on), "intruder" (another aircraft), "size" (the largest container of the
+            server: its name and length), "recorded" (the ends of goals as a recording has them:
+            code and message by id).
         value: what.
     """
 

@@ -39,7 +39,7 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.flying.target_landing import OFF_MAX_M
 from navigation_core.tasks.progress import FollowState, Status
 from navigation_core.trajectories.timed_point import TimedPoint
-from tests.explore.course import COMMANDS, SETPOINTS, Goal, View, speed_of
+from tests.explore.course import COMMANDS, NO_GOAL, SETPOINTS, Goal, View, speed_of
 from tests.explore.log import Asked, Entry, PayloadAsked, PayloadEnded, Truth
 from tests.explore.passages import has_passage
 from tests.explore.temporal import (
@@ -73,6 +73,8 @@ _BOOTED_S = 3.0
 _DEGREE_M, _PLANE_CIRCLE_M = 111_200.0, 60.0
 # A target that is lost is looked for above 1 m; below, the vehicle lands, and stands for a while.
 _UNSEEN_S = 11.0
+# So long after its last report another aircraft counts no more, and a goal is where it was before.
+_FORGOTTEN_S = 45.0
 # A landing takes longer than this.
 _LANDS_S = 4.0
 _CONTROL = {"ardupilot": "GUIDED", "px4": "OFFBOARD"}
@@ -134,12 +136,19 @@ def _stands(view: View, below_m_s: float) -> bool:
 
 
 def _avoids(view: View) -> bool:
-    return _avoids_any(view.flown)
+    # Commands keep clear of what is sensed, without being asked to.
+    steered = bool(view.posts) and isinstance(view.flown.request, VelocityRequest)
+    return steered or _avoids_any(view.flown)
 
 
 def _gives_way(view: View) -> bool:
     """Whether its goal may lead elsewhere than straight to its target."""
-    return _avoids(view) or bool(view.fleet)
+    return _avoids(view) or bool(view.fleet) or view.craft.sees_traffic
+
+
+def _meets(view: View, now_s: float) -> bool:
+    """Whether another aircraft is known, which a goal gives way to, paused or not."""
+    return any(now_s - seen_s < _FORGOTTEN_S for seen_s, _ in view.met.values())
 
 
 def _begun_too_near(goal: Goal, last: Goal | None, now_s: float) -> bool:
@@ -554,14 +563,35 @@ def an_old_jump_counts(end: GoalFinished, view: View, now_s: float) -> bool:
 @always(of_kind("asked"), "ArduPilot FENCE_RADIUS, PX4 GF_MAX_HOR_DIST")
 def accepted_targets_are_in_the_fence(asked: Asked, view: View, now_s: float) -> bool:
     """No target outside of the vehicle's own fence is accepted once that is known."""
-    target, onboard = _target(asked.request), view.craft.onboard
-    radius_m = onboard.get("FENCE_RADIUS", 300.0) if onboard.get("FENCE_ENABLE") else math.inf
-    radius_m = onboard.get("GF_MAX_HOR_DIST", radius_m)
+    target = _target(asked.request)
     if not asked.goal_id or target is None:
         return True
     known = now_s - max(view.server_s, view.set_s) > 20.0 and view.calm(now_s, 20.0)
-    away_m = view.home_away_m(target)
-    return not known or away_m <= radius_m + 2.0
+    return not known or not _is_fenced_off(view, target, 2.0)
+
+
+def _is_fenced_off(view: View, place_enu_m: Sequence[float], by_m: float) -> bool:
+    """Whether a place is beyond the vehicle's own fence, by more than that."""
+    onboard = view.craft.onboard
+    radius_m = onboard.get("FENCE_RADIUS", 300.0) if onboard.get("FENCE_ENABLE") else math.inf
+    radius_m = onboard.get("GF_MAX_HOR_DIST", radius_m)
+    if view.home_away_m(place_enu_m) > radius_m + by_m:
+        return True
+    return any(_is_barred(area, place_enu_m[0], place_enu_m[1], by_m) for area in view.areas)
+
+
+def _is_barred(area: dict[str, Any], east_m: float, north_m: float, by_m: float) -> bool:
+    """Whether an area of a fence bars a place, by more than that; east and north of home."""
+    if "corners" not in area:
+        away_m = math.dist(area["centre"], (east_m, north_m)) - area["radius"]
+        return bool(away_m > by_m) if area["inside"] else bool(-away_m > by_m)
+    corners = [tuple(corner) for corner in area["corners"]]
+    crossed, least_m = False, math.inf
+    for (x, y), (a, b) in zip(corners, [*corners[1:], corners[0]], strict=True):
+        least_m = min(least_m, _from_line_m((x, y), (a, b), (east_m, north_m)))
+        if (y > north_m) != (b > north_m):
+            crossed ^= east_m < x + (north_m - y) * (a - x) / (b - y)
+    return crossed is not area["inside"] and least_m > by_m
 
 
 TRAJECTORIES = "docs/programs.md, Trajectories of other planners"
@@ -1006,7 +1036,7 @@ def a_circle_is_kept(feedback: GoalFeedback, view: View, now_s: float) -> bool:
     if orbit is None or math.isnan(orbit.radius_error_m) or not view.copter:
         return True
     near = abs(orbit.radius_error_m) < 2.0 + 0.5 * view.gust_m_s
-    return near or goal.disturbed or not view.calm(now_s, 30.0)
+    return near or goal.disturbed or not view.calm(now_s, 30.0) or _meets(view, now_s)
 
 
 @never(_SUCCESS, OURS)
@@ -1111,6 +1141,8 @@ def paused_stands(truth: Truth, view: View, now_s: float) -> bool:
     """12 s after a pause what can stand still stands, by ground truth."""
     feedback = view.flown.feedback
     if feedback is None or feedback.status is not Status.PAUSED or not view.hovers:
+        return True
+    if _meets(view, now_s):
         return True
     since_s = now_s - view.flown.paused_s
     return not view.calm(now_s, 12.0) or since_s < 12.0 or _stands(view, 1.0)
@@ -1577,6 +1609,38 @@ def _from_first_m(view: View) -> tuple[float, float, float]:
     return (place[0] + east_m, place[1] + north_m, place[2] + own[2] - first[2])
 
 
+_EVADING = (NavigateRequest, WaypointsRequest, OrbitRequest)
+# So long before it can be too near, an intruder is known, and setpoints lead the vehicle.
+_EVADES_S = 8.0
+
+
+def _is_led_aside(view: View, now_s: float) -> bool:
+    """Whether the goal that is flown gives way to intruders, and has for a while."""
+    goal = view.flown
+    if not isinstance(goal.request, _EVADING) or goal.by_mission or not _ours(view, now_s):
+        return False
+    begun_s = max(goal.accepted_s, view.led_s if view.hovers else goal.accepted_s)
+    flew = goal.begun is not None and not goal.begun.on_ground
+    return now_s - begun_s > _EVADES_S and (view.copter or (flew and not view.hovers))
+
+
+@never(_TRUTH, "docs/fleet.md, Others")
+def an_intruder_too_near(truth: Truth, view: View, now_s: float) -> bool:
+    """A vehicle that a goal leads keeps the separation to aircraft that it has known for 8 s."""
+    if truth.on_ground or not view.craft.sees_traffic or not _is_led_aside(view, now_s):
+        return False
+    separation = view.config.bridge.traffic.separation
+    for seen_s, met in view.met.values():
+        if now_s - seen_s > 0.5 or now_s - met.reported_s < _EVADES_S:
+            continue
+        there = np.add(met.position_enu_m, (now_s - seen_s) * np.array(met.velocity_enu_m_s))
+        east, north, up = there - np.array(truth.position_enu_m)
+        level = math.hypot(east, north) < separation.horizontal_m
+        if level and abs(up) < separation.vertical_m:
+            return True
+    return False
+
+
 # --- ground truth ----------------------------------------------------------------------------
 
 
@@ -1622,6 +1686,38 @@ def the_ceiling_left(truth: Truth, view: View, now_s: float) -> bool:
     if was_above and now_s - view.flown.accepted_s < 30.0:
         return False
     return _ours(view, now_s) and not returns and truth.position_enu_m[2] > ceiling_m + 5.0
+
+
+def _was_steered(view: View) -> bool:
+    """Whether velocity commands moved it last, and nobody has asked for anything since."""
+    goal = view.active or view.last or NO_GOAL
+    return view.released is not None and isinstance(goal.request, VelocityRequest)
+
+
+@never(_TRUTH, "docs/velocity.md")
+def moving_without_commands(truth: Truth, view: View, now_s: float) -> bool:
+    """What can stand still stands 10 s after the last velocity command."""
+    if not view.hovers or not _was_steered(view) or not view.calm(now_s, 15.0):
+        return False
+    return not _stands(view, 0.5)
+
+
+@never(_TRUTH, "docs/velocity.md, Planes")
+def a_plane_gone_without_commands(truth: Truth, view: View, now_s: float) -> bool:
+    """A plane circles from 10 s after the last velocity command on."""
+    if view.hovers or view.released is None or not _was_steered(view) or not _ours(view, now_s):
+        return False
+    gone_m = math.dist(truth.position_enu_m[:2], view.released.position_enu_m[:2])
+    return gone_m > 6.0 * _PLANE_CIRCLE_M
+
+
+@never(_TRUTH, "ArduPilot FENCE_RADIUS, PX4 GF_MAX_HOR_DIST")
+def the_fence_left(truth: Truth, view: View, now_s: float) -> bool:
+    """The vehicle's own fence is not left because of us."""
+    # What is flown by its autopilot is its own.
+    led = isinstance(view.flown.request, VelocityRequest) or _led(view)
+    known = view.copter and led and now_s - max(view.server_s, view.set_s) > 20.0
+    return known and _ours(view, now_s) and _is_fenced_off(view, truth.position_enu_m, 0.0)
 
 
 @never(_TRUTH, PARAMETERS)
@@ -1839,7 +1935,9 @@ ON_TRIAL = frozenset(
         *("a_station_pause_is_reported", "a_passage_not_found"),
         *("a_goal_stops_outside_the_volume", "a_vehicle_without_positions_stops"),
         *("a_disarmed_vehicle_ends_its_goal", "an_unheard_command_is_sent_again"),
-        *("passed_waypoints_were_passed",),
+        *("passed_waypoints_were_passed", "moving_without_commands"),
+        *("a_plane_gone_without_commands", "the_fence_left"),
+        "an_intruder_too_near",
     }
 )
 """New or changed: their violations are reported, but fail nothing until they have judged a thousand

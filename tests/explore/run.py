@@ -84,5 +84,6 @@ def _mend(ship: Ship) -> None:
     ship.full = ship.blind = ship.unlocated = False
     ship.stuck = None
     ship.liars, ship.misreport = [], ""
+    ship.met = []
     ship.start_server()
     ship.log("happening", Event(0.0, ship.index, "mended"))

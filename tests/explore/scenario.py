@@ -26,6 +26,8 @@ class Craft:
         firmware: the release; empty for the recorded one.
         camera: whether it has a camera.
         gimbal: whether it has a gimbal.
+        sees_traffic: whether its server keeps apart from what an ADS-B receiver reports.
+        sensor: its range sensor, if that is one of ROS instead of its autopilot's: "scan", "cloud".
     """
 
     kind: str = "copter"
@@ -41,6 +43,8 @@ class Craft:
     firmware: str = ""
     camera: bool = False
     gimbal: bool = False
+    sees_traffic: bool = False
+    sensor: str = ""
 
 
 @dataclass(frozen=True)

@@ -29,10 +29,18 @@ _HOMES = (
 )
 
 
-class _Stage:
-    """The scenario of a situation, as it is arranged."""
+class Stage:
+    """The scenario of a situation, as it is arranged.
+
+    Attributes:
+        rng: draws the details.
+        craft: the vehicle.
+        events: all that happens.
+        posts: all that stands around.
+    """
 
     def __init__(self, seed: int) -> None:
+        """Begin with a copter that nothing happens to."""
         self.rng = random.Random(seed)
         autopilot = self.rng.choice(("ardupilot", "px4"))
         firmware = self.rng.choice(("", *RELEASES[autopilot]))
@@ -42,6 +50,7 @@ class _Stage:
         self.posts: list[Post] = []
 
     def add(self, time_s: float, what: str, **how: Any) -> None:
+        """Let something happen."""
         self.events.append(Event(round(time_s, 2), 0, what, how))
 
     def end(self, time_s: float) -> None:
@@ -49,17 +58,21 @@ class _Stage:
         self.add(time_s, "resume")
 
     def serve(self, **server: Any) -> None:
+        """Give the server parameters."""
         self.craft = replace(self.craft, server=server)
 
     def fit(self, **onboard: float) -> None:
+        """Give the autopilot parameters."""
         self.craft = replace(self.craft, onboard=onboard)
 
     def drive(self) -> None:
+        """Let it be a rover."""
         self.craft = replace(self.craft, kind="rover")
 
     def away(self, distance_m: float, height_m: float = 5.0) -> list[float]:
+        """Return a place at a distance from home, anywhere around it."""
         angle = self.rng.uniform(-math.pi, math.pi)
-        height_m = 0.0 if self.craft.kind == "rover" else height_m
+        height_m = 0.0 if self.craft.kind in ("rover", "boat") else height_m
         east_m, north_m = distance_m * math.cos(angle), distance_m * math.sin(angle)
         return [round(east_m, 1), round(north_m, 1), height_m]
 
@@ -68,10 +81,11 @@ class _Stage:
         return self.rng.uniform(11.0, 17.0)
 
 
-Situation = Callable[[_Stage], None]
+Situation = Callable[[Stage], None]
+"""Arranges what happens on a stage"""
 
 
-def _a_link_that_stays_silent(stage: _Stage) -> None:
+def _a_link_that_stays_silent(stage: Stage) -> None:
     stage.serve(link_lost_abort_s=4.0)
     stage.add(0.0, "navigate", place=stage.away(90.0))
     begun_s = stage.soon()
@@ -79,7 +93,7 @@ def _a_link_that_stays_silent(stage: _Stage) -> None:
     stage.end(begun_s + 25.0)
 
 
-def _a_target_beyond_the_fence(stage: _Stage) -> None:
+def _a_target_beyond_the_fence(stage: Stage) -> None:
     if stage.craft.autopilot == "px4":
         stage.fit(GF_ACTION=stage.rng.choice((1.0, 2.0)), GF_MAX_HOR_DIST=30.0)
     else:
@@ -89,7 +103,7 @@ def _a_target_beyond_the_fence(stage: _Stage) -> None:
     stage.add(45.0, "go_home")
 
 
-def _a_position_that_jumps_for_good(stage: _Stage) -> None:
+def _a_position_that_jumps_for_good(stage: Stage) -> None:
     stage.add(0.0, "navigate", place=stage.away(8.0))
     north, east, _ = stage.away(stage.rng.choice((8.0, 20.0, 40.0)))
     stage.add(20.0, "glitch", offset=[north, east, 0.0])
@@ -97,25 +111,25 @@ def _a_position_that_jumps_for_good(stage: _Stage) -> None:
     stage.end(150.0)
 
 
-def _a_wind_that_carries_away(stage: _Stage) -> None:
+def _a_wind_that_carries_away(stage: Stage) -> None:
     stage.serve(volume_radius_m=60.0)
     stage.add(0.0, "navigate", place=[0.0, 50.0, 5.0])
     stage.add(20.0, "wind", velocity=[stage.rng.uniform(14.0, 18.0), 0.0, 0.0])
     stage.end(70.0)
 
 
-def _a_target_beyond_the_volume(stage: _Stage) -> None:
+def _a_target_beyond_the_volume(stage: Stage) -> None:
     stage.serve(volume_radius_m=60.0, battery_policy="ignore")
     stage.add(0.0, "navigate", place=stage.away(stage.rng.uniform(62.0, 100.0)))
 
 
-def _arming_that_is_never_allowed(stage: _Stage) -> None:
+def _arming_that_is_never_allowed(stage: Stage) -> None:
     stage.serve(arming="never")
     stage.add(1.0, "serve", service="arm", mode="")
     stage.add(8.0, stage.rng.choice(("takeoff", "land")))
 
 
-def _a_pause_of_a_ground_station(stage: _Stage) -> None:
+def _a_pause_of_a_ground_station(stage: Stage) -> None:
     stage.serve(on_station_pause="pause")
     stage.add(0.0, "navigate", place=stage.away(90.0))
     begun_s = stage.soon()
@@ -124,7 +138,7 @@ def _a_pause_of_a_ground_station(stage: _Stage) -> None:
     stage.end(begun_s + 30.0)
 
 
-def _a_target_that_is_walled_in(stage: _Stage) -> None:
+def _a_target_that_is_walled_in(stage: Stage) -> None:
     stage.serve(blocked_timeout_s=5.0)
     east, north, up = stage.away(25.0)
     stage.posts = [
@@ -135,7 +149,7 @@ def _a_target_that_is_walled_in(stage: _Stage) -> None:
     stage.end(90.0)
 
 
-def _a_sensor_that_falls_silent(stage: _Stage) -> None:
+def _a_sensor_that_falls_silent(stage: Stage) -> None:
     stage.posts = [Post((stage.rng.uniform(-40.0, 40.0), stage.rng.uniform(15.0, 40.0)), 1.0, 20.0)]
     place = stage.away(80.0)
     stage.add(0.0, "navigate", place=place, avoid=True, speed=stage.rng.choice((2.0, 4.0)))
@@ -144,7 +158,7 @@ def _a_sensor_that_falls_silent(stage: _Stage) -> None:
     stage.end(begun_s + 15.0)
 
 
-def _a_wood(stage: _Stage) -> None:
+def _a_wood(stage: Stage) -> None:
     place = stage.away(60.0)
     for _ in range(25):
         at = (round(stage.rng.uniform(-50.0, 50.0), 1), round(stage.rng.uniform(-50.0, 50.0), 1))
@@ -153,7 +167,7 @@ def _a_wood(stage: _Stage) -> None:
     stage.add(0.0, "navigate", place=place, avoid=True, speed=stage.rng.choice((0.0, 3.0, 6.0)))
 
 
-def _a_wall_across_the_line(stage: _Stage) -> None:
+def _a_wall_across_the_line(stage: Stage) -> None:
     east, north, up = stage.away(50.0)  # so low, a scanner that is tilted sees the ground
     along, across = (east / 50.0, north / 50.0), (-north / 50.0, east / 50.0)
     for i in range(-6, 7):
@@ -162,19 +176,19 @@ def _a_wall_across_the_line(stage: _Stage) -> None:
     stage.add(0.0, "navigate", place=[east, north, up], avoid=True, speed=6.0)
 
 
-def _a_long_mission(stage: _Stage) -> None:
+def _a_long_mission(stage: Stage) -> None:
     places = [stage.away(70.0), stage.away(70.0)]
     stage.add(0.0, "route", places=places, speed=2.0, mission=True, hold_s=2.0)
 
 
-def _a_mission_of_short_legs(stage: _Stage) -> None:
+def _a_mission_of_short_legs(stage: Stage) -> None:
     if stage.rng.random() < 0.3:
         stage.drive()
     places = [stage.away(stage.rng.uniform(12.0, 18.0)) for _ in range(4)]
     stage.add(0.0, "route", places=places, mission=True, laps=stage.rng.choice((0, 0, 2)))
 
 
-def _a_mission_that_is_paused(stage: _Stage) -> None:
+def _a_mission_that_is_paused(stage: Stage) -> None:
     places = [stage.away(40.0) for _ in range(3)]
     stage.add(0.0, "route", places=places, mission=True)
     begun_s = stage.soon()
@@ -183,7 +197,7 @@ def _a_mission_that_is_paused(stage: _Stage) -> None:
     stage.end(begun_s + 60.0)
 
 
-def _a_mission_that_is_disarmed(stage: _Stage) -> None:
+def _a_mission_that_is_disarmed(stage: Stage) -> None:
     stage.craft = replace(stage.craft, autopilot="ardupilot", firmware="")
     stage.drive()
     stage.add(0.0, "route", places=[stage.away(40.0) for _ in range(3)], mission=True)
@@ -192,38 +206,38 @@ def _a_mission_that_is_disarmed(stage: _Stage) -> None:
     stage.end(begun_s + 15.0)
 
 
-def _a_drive_home(stage: _Stage) -> None:
+def _a_drive_home(stage: Stage) -> None:
     stage.drive()
     stage.add(0.0, "navigate", place=stage.away(25.0))
     stage.add(40.0, "go_home")
 
 
-def _a_target_beside_the_vehicle(stage: _Stage) -> None:
+def _a_target_beside_the_vehicle(stage: Stage) -> None:
     stage.add(0.0, "navigate", place=stage.away(25.0))
     ahead = [stage.rng.uniform(6.0, 12.0), stage.rng.choice((-1.0, 1.0)) * 6.0, 3.0]
     stage.add(40.0, "navigate", place=ahead, frame="base_link")
 
 
-def _a_service_that_is_not_heard(stage: _Stage) -> None:
+def _a_service_that_is_not_heard(stage: Stage) -> None:
     stage.add(1.5, "full", on=True)
     stage.add(2.0, "serve", service="arm", mode="")
     over_s = stage.rng.choice((0.8, 1.2, 60.0))
     stage.add(2.0 + over_s, "full", on=False)
 
 
-def _a_stranger_on_the_link(stage: _Stage) -> None:
+def _a_stranger_on_the_link(stage: Stage) -> None:
     stage.add(0.0, "navigate", place=stage.away(60.0))
     stage.add(6.0, "stranger", seed=stage.rng.randrange(1000), seconds=25.0)
 
 
-def _positions_that_cease(stage: _Stage) -> None:
+def _positions_that_cease(stage: Stage) -> None:
     stage.add(0.0, "navigate", place=stage.away(90.0), speed=stage.rng.choice((3.0, 6.0)))
     begun_s = stage.soon()
     stage.add(begun_s, "unlocated", on=True)
     stage.end(begun_s + 15.0)
 
 
-def _a_course_out_of_the_volume(stage: _Stage) -> None:
+def _a_course_out_of_the_volume(stage: Stage) -> None:
     stage.craft = replace(stage.craft, kind="plane", autopilot="ardupilot", firmware="")
     stage.serve(volume_radius_m=700.0)
     stage.add(0.0, "navigate", place=[250.0, 0.0, 60.0])
@@ -233,11 +247,11 @@ def _a_course_out_of_the_volume(stage: _Stage) -> None:
     stage.end(125.0)
 
 
-def _a_takeoff_alone(stage: _Stage) -> None:
+def _a_takeoff_alone(stage: Stage) -> None:
     stage.add(0.0, "takeoff", height=stage.rng.choice((2.0, 5.0, 10.0)))
 
 
-def _a_goal_that_ends_under_way(stage: _Stage) -> None:
+def _a_goal_that_ends_under_way(stage: Stage) -> None:
     velocity = [stage.rng.choice((-2.0, 2.0)), 0.0, 0.0]
     stage.add(0.0, "takeoff", height=6.0)
     stage.add(
@@ -247,7 +261,7 @@ def _a_goal_that_ends_under_way(stage: _Stage) -> None:
     stage.end(75.0)
 
 
-def _a_pilot_who_takes_over(stage: _Stage) -> None:
+def _a_pilot_who_takes_over(stage: Stage) -> None:
     stage.add(0.0, "navigate", place=stage.away(90.0))
     begun_s = stage.soon()
     mode = "LOITER" if stage.craft.autopilot == "ardupilot" else "AUTO.LOITER"
@@ -263,7 +277,7 @@ def _line(start: list[float], velocity: list[float], duration_s: float) -> list[
     ]
 
 
-def _a_trajectory_to_the_bound(stage: _Stage) -> None:
+def _a_trajectory_to_the_bound(stage: Stage) -> None:
     stage.serve(volume_radius_m=30.0)
     stage.add(0.0, "takeoff", height=6.0)
     x, y, _ = stage.away(3.0)
@@ -272,7 +286,7 @@ def _a_trajectory_to_the_bound(stage: _Stage) -> None:
     stage.end(60.0)
 
 
-def _a_trajectory_that_is_replaced(stage: _Stage) -> None:
+def _a_trajectory_that_is_replaced(stage: Stage) -> None:
     stage.add(0.0, "takeoff", height=6.0)
     x, y, _ = stage.away(2.0)
     stage.add(20.0, "trajectory", points=_line([0.0] * 3, [x, y, 0.0], 20.0))
@@ -283,14 +297,14 @@ def _a_trajectory_that_is_replaced(stage: _Stage) -> None:
     stage.end(70.0)
 
 
-def _a_trajectory_that_climbs(stage: _Stage) -> None:
+def _a_trajectory_that_climbs(stage: Stage) -> None:
     stage.add(0.0, "takeoff", height=6.0)
     climb_m_s = stage.rng.choice((0.8, 5.0, 7.0))
     stage.add(20.0, "trajectory", points=_line([0.0] * 3, [0.5, 0.0, climb_m_s], 8.0))
     stage.end(60.0)
 
 
-def _a_trajectory_from_elsewhere(stage: _Stage) -> None:
+def _a_trajectory_from_elsewhere(stage: Stage) -> None:
     stage.add(0.0, "takeoff", height=6.0)
     start = stage.away(stage.rng.choice((0.5, 3.0, 9.0)), 0.0)
     stage.add(20.0, "trajectory", points=_line(start, [1.0, 0.0, 0.0], 8.0))
@@ -322,6 +336,11 @@ def situation_of(seed: int) -> Situation:
 
 def write_situation(seed: int) -> Scenario:
     """Make the scenario of a seed from SITUATIONS_FROM on."""
-    stage = _Stage(seed)
-    situation_of(seed)(stage)
+    return staged(seed, situation_of(seed))
+
+
+def staged(seed: int, situation: Situation) -> Scenario:
+    """Make the scenario of a seed in which a situation is arranged."""
+    stage = Stage(seed)
+    situation(stage)
     return Scenario(seed, (stage.craft,), tuple(stage.events), tuple(stage.posts))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from navigation_bridge.goals.requests import VelocityRequest
 from navigation_bridge.tasks.velocity_commands import VelocityCommands
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.inputs.velocity_command import VelocityCommand, VelocityFrame
@@ -13,6 +14,8 @@ from tests.explore.exploration import Ship
 __all__ = ["Stick"]
 
 _PERIOD_S = 0.1
+# Far from the ids of goals that are asked for.
+_IDS_FROM = 2**64
 
 
 @dataclass
@@ -43,5 +46,7 @@ class Stick:
             return
         self._due_s = now_s + _PERIOD_S - 1e-9
         command = VelocityCommand(now_s, self.frame, self.linear_m_s, self.turn_rate_rad_s)
-        server.bridge.feature(VelocityCommands).follow(command, "0" * 32, now_s)
+        goal_id = f"{_IDS_FROM + round(1e3 * now_s):032x}"
+        server.bridge.feature(VelocityCommands).follow(command, goal_id, now_s)
+        self.ship.note_started(goal_id, VelocityRequest())
         server.collect()

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import chain, product
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from navigation_bridge.vehicle import fence
+from navigation_core.tasks.steering.command_silence import CommandSilence
+from navigation_core.tasks.traffic.giving_way import GivingWay
+from navigation_core.tasks.watching.plane_giving_way import PlaneGivingWay
 from tests.explore.__main__ import drawn, policy_table
 from tests.explore.check import Checker
 from tests.explore.coverage import OUTSIDE, Reached, compile_marked, modules, statement_lines
 from tests.explore.defects import MUTANTS, TOGETHER, planted
 from tests.explore.exploration import Exploration
-from tests.explore.explorer import explore_seed
+from tests.explore.explorer import explore_scenario, explore_seed
 from tests.explore.generate import scenario_of
 from tests.explore.hunt import Fate, hunt
 from tests.explore.log import Log
+from tests.explore.more_situations import MORE_SITUATIONS_FROM, more_situation_of
 from tests.explore.mutants import defect_of, defect_of_several
 from tests.explore.planting import source_of
 from tests.explore.policies import ON_TRIAL, POLICIES
@@ -95,6 +101,44 @@ def test_one_seed_in_eight_is_a_situation_and_they_take_turns() -> None:
     assert len({situation_of(seed) for seed in of_trajectories}) == 4
     assert len(raised) - len(of_trajectories) == 24
     assert all(len(scenario_of(seed).crafts) == 1 for seed in raised)
+
+
+def test_more_situations_take_turns_in_one_seed_of_eight() -> None:
+    raised = [seed for seed in drawn(13, 136, 8, 8, 8) if seed >= MORE_SITUATIONS_FROM]
+    assert len({more_situation_of(seed) for seed in raised}) == len(raised) == 17
+    assert not any(seed >= MORE_SITUATIONS_FROM for seed in drawn(13, 136, 8, 8))
+
+
+@pytest.mark.parametrize("seed", [4, 10, 14])
+def test_one_of_more_situations_repeats_without_a_violation(seed: int) -> None:
+    flown = explore_seed(MORE_SITUATIONS_FROM + seed)
+    assert not flown.error
+    assert not flown.violations
+    assert flown.digest == explore_seed(MORE_SITUATIONS_FROM + seed).digest
+
+
+@pytest.mark.night
+@pytest.mark.parametrize(
+    ("seed", "owner", "name", "instead", "policy"),
+    [
+        (25, GivingWay, "step", lambda *given: given[4], "an_intruder_too_near"),
+        (26, PlaneGivingWay, "_look", lambda *_: None, "an_intruder_too_near"),
+        (0, CommandSilence, "current", lambda *given: given[1], "a_plane_gone_without_commands"),
+        (17, CommandSilence, "current", lambda *given: given[1], "moving_without_commands"),
+        (15, fence, "areas_of", lambda *_: (), "the_fence_left"),
+    ],
+)
+def test_what_more_situations_are_for_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+    seed: int,
+    owner: object,
+    name: str,
+    instead: Callable[..., Any],
+    policy: str,
+) -> None:
+    monkeypatch.setattr(owner, name, instead)
+    flown = explore_scenario(scenario_of(MORE_SITUATIONS_FROM + seed), briefly=True)
+    assert [violation.policy for violation in flown.violations] == [policy]
 
 
 @pytest.mark.parametrize("seed", [3, 8, TRAJECTORIES_FROM - SITUATIONS_FROM + 1])

@@ -121,11 +121,14 @@ class PathInTraffic:
     def step(self, observation: Observation, now: float) -> TrafficStep:
         """Reserve what is ahead, and return how the setpoint continues.
 
-        There must be a path. It may be changed: for a detour, or for a stop.
+        There must be a path. It may be changed: for a detour, or for a stop; and left, once nobody
+        else is known any more.
         """
         carrot = self._follower.carrot
         view = None if observation.traffic is None else TrafficView.of(observation)
         if view is None or carrot is None:
+            if self._left_path or self._giving_way.evades:
+                self._follower.leave_path()  # it ends elsewhere than at the target
             if self.last is not ALONE:
                 self.forget()
             return self.last
