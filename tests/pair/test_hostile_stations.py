@@ -181,6 +181,7 @@ def test_endless_missions_are_rejected_and_forged_answers_are_for_nobody(
     assert flight.on_thread(lambda: dict(flight.bridge.vehicle.parameters.values)) == before
 
 
+@pytest.mark.night  # beside other tests the server on a slow machine is late itself, and says so
 def test_two_hundred_and_fifty_stations_at_once_disturb_nobody(flight: UdpFlight) -> None:
     stations = [flight.station(system) for system in range(2, 256)]
     before = flight.counts()
