@@ -67,7 +67,7 @@ class Beat:
 
 @dataclass
 class Story:
-    """What happened, in order.
+    """The events of the film, in order.
 
     Attributes:
         beats: before the flight, and after it.

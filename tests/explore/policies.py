@@ -73,7 +73,7 @@ _BOOTED_S = 3.0
 _DEGREE_M, _PLANE_CIRCLE_M = 111_200.0, 60.0
 # A target that is lost is looked for above 1 m; below, the vehicle lands, and stands for a while.
 _UNSEEN_S = 11.0
-# So long after its last report another aircraft counts no more, and a goal is where it was before.
+# Another aircraft counts until this long after its last report; then a goal is where it was before.
 _FORGOTTEN_S = 45.0
 # A landing takes longer than this.
 _LANDS_S = 4.0
@@ -1610,7 +1610,7 @@ def _from_first_m(view: View) -> tuple[float, float, float]:
 
 
 _EVADING = (NavigateRequest, WaypointsRequest, OrbitRequest)
-# So long before it can be too near, an intruder is known, and setpoints lead the vehicle.
+# An intruder is known, and setpoints lead the vehicle, this long before it can be too near.
 _EVADES_S = 8.0
 
 
@@ -1696,7 +1696,7 @@ def _was_steered(view: View) -> bool:
 
 @never(_TRUTH, "docs/velocity.md")
 def moving_without_commands(truth: Truth, view: View, now_s: float) -> bool:
-    """What can stand still stands 10 s after the last velocity command."""
+    """A vehicle that can stand still stands 10 s after the last velocity command."""
     if not view.hovers or not _was_steered(view) or not view.calm(now_s, 15.0):
         return False
     return not _stands(view, 0.5)
@@ -1714,7 +1714,7 @@ def a_plane_gone_without_commands(truth: Truth, view: View, now_s: float) -> boo
 @never(_TRUTH, "ArduPilot FENCE_RADIUS, PX4 GF_MAX_HOR_DIST")
 def the_fence_left(truth: Truth, view: View, now_s: float) -> bool:
     """The vehicle's own fence is not left because of us."""
-    # What is flown by its autopilot is its own.
+    # A flight by the autopilot itself is not judged.
     led = isinstance(view.flown.request, VelocityRequest) or _led(view)
     known = view.copter and led and now_s - max(view.server_s, view.set_s) > 20.0
     return known and _ours(view, now_s) and _is_fenced_off(view, truth.position_enu_m, 0.0)

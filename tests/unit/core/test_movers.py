@@ -77,7 +77,7 @@ def test_what_comes_near_is_reported_within_two_seconds() -> None:
 
 
 def test_what_comes_near_is_found_though_the_nose_rises_to_brake() -> None:
-    """What was seen free before lies lower then than what is hit."""
+    """A place is seen free by a ray that is lower than the one that hits something there later."""
     seen, found = ObstacleMap(), []
     for k in range(21):
         now = k * PERIOD_S

@@ -40,7 +40,7 @@ _NEARER_MAX = 1.6
 # More than three turns, and what sums of angles lose.
 _APART_RAD, _ROUNDING_RAD = 100.0, 1e-9
 # Rays this far above are not evidence: they may have gone over a wall. Below they are, as what is
-# hit stands on the ground: a vehicle that is fast has its nose down, and rises it to brake.
+# hit stands on the ground: a vehicle that is fast has its nose down, and raises it to brake.
 _ABOVE_MAX_M, _BELOW_MAX_M = 1.0, 3.0
 # Hits belong to one obstacle if they follow one another within this distance, with time counted as
 # a distance at this speed; how long hits are kept, and how many at most.
