@@ -1,8 +1,9 @@
 """Set-up of the simulator's tests: how slow and broad a test is.
 
-`wide` marks the files and tests that are slow and broad. Of all others, only the first set of
-parameters is quick: a kind of vehicle, a link or a recording of each. Wide sets of parameters
-between the first and the last of a test wait for the night.
+`wide` marks the files and tests that are slow and broad, `night` those that wait for the night. Of
+all others, only the first set of
+parameters is quick: a kind of vehicle, a link or a recording of each. Of its wide sets of
+parameters all but the last wait for the night.
 """
 
 from __future__ import annotations
@@ -26,8 +27,9 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     text = collection_path.read_text("utf-8")
     if config.option.markexpr == "not wide":
         return bool(re.search(r"^pytestmark = \[?pytest\.mark\.wide\b", text, re.MULTILINE)) or None
-    is_quick = "mark.wide" not in text and "parametrize" not in text and "params=" not in text
-    return (config.option.markexpr.startswith("wide") and is_quick) or None
+    is_marked = re.search(r"\bmark\.(wide|night)", text) is not None
+    is_quick = not is_marked and "parametrize" not in text and "params=" not in text
+    return (config.option.markexpr.startswith(("wide", "night")) and is_quick) or None
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -38,10 +40,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if item.path.is_relative_to(Path(__file__).parent):
             functions.setdefault(item.nodeid.partition("[")[0], []).append(item)
     for tests in functions.values():
+        for item in tests:
+            if item.get_closest_marker("night"):
+                item.add_marker("wide")
         wide = tests[1:] if tests[0].get_closest_marker("wide") is None else tests
         for item in wide:
             item.add_marker("wide")
-        for item in tests[1:-1]:
+        for item in tests[:-1]:
             if item.get_closest_marker("wide"):
                 item.add_marker("night")
 

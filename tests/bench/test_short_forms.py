@@ -1,6 +1,6 @@
 """Each file of the benchmarks runs in its short form, so that none fails unnoticed.
 
-Its rows have the names and goals that docs/benchmarks.md has.
+Its rows have the names and goals that docs/benchmarks.md has. By day some run, by night the rest.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from tests.bench.page import PAGE, goals_in
 from tests.bench.run import COLUMNS
 
 HERE = Path(__file__).resolve().parent
+BY_DAY = ("agents", "goals", "planner", "rehearsal", "telemetry", "tlog", "traffic", "trajectories")
 # One after the other: they are to measure, and most of them fly in real time.
 pytestmark = [
     pytest.mark.wide,
@@ -25,7 +26,13 @@ pytestmark = [
 ]
 
 
-@pytest.mark.parametrize("name", sorted(path.stem for path in HERE.glob("bench_*.py")))
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.night] * (name[len("bench_") :] not in BY_DAY))
+        for name in sorted(path.stem for path in HERE.glob("bench_*.py"))
+    ],
+)
 def test_it_runs_each_line_once(name: str, tmp_path: Path) -> None:
     output = tmp_path / "bench.json"
     command = ["python", str(HERE / "run.py"), "--short", "--only", name, "--output", str(output)]

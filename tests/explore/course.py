@@ -18,6 +18,7 @@ from navigation_bridge.goals.goal import (
     ServiceDone,
 )
 from navigation_bridge.goals.requests import LandRequest, Request, WaypointsRequest
+from navigation_core.geometry import Vector3
 from navigation_core.tasks.progress import Status
 from tests.explore.log import NOBODY, Asked, Entry, Met, PayloadAsked, PayloadEnded, Truth
 from tests.explore.scenario import Craft, Event, Post, Scenario
@@ -146,12 +147,14 @@ class View:
         taken_s: when a pilot, a station or a restart acted last.
         troubled: whether the link, a sensor or the battery is not as it should be.
         trouble_s: when something went wrong, or right, last.
+        trouble_before_s: when it did before that.
         sent_s: times of the messages that were sent in the last second.
         setpoint: the last setpoint.
         setpoint_s: its time.
         before: the one before, with its time in before_s.
         shut_down_s: when the server was asked to end; infinite if it was not.
-        shows_path: whether a planned path is shown.
+        path_enu_m: the planned path that is shown; empty for none.
+        path_s: since when.
         rebooted_s: when the autopilot restarted last.
         mode_s: since when the vehicle is in its mode.
         hit_s: when it hit an obstacle first; infinite if it has not.
@@ -206,6 +209,7 @@ class View:
     taken_before_s: float = -math.inf
     troubled: set[str] = field(default_factory=set)
     trouble_s: float = -math.inf
+    trouble_before_s: float = -math.inf
     sent_s: deque[float] = field(default_factory=deque)
     setpoint: Message | None = None
     setpoint_s: float = -math.inf
@@ -220,7 +224,8 @@ class View:
     items: dict[int, tuple[int, int]] = field(default_factory=dict)
     stored_for: Request | None = None
     item_speed_m_s: float = math.inf
-    shows_path: bool = False
+    path_enu_m: tuple[Vector3, ...] = ()
+    path_s: float = -math.inf
     rebooted_s: float = -math.inf
     fleet: Sequence[View] = ()
     waits_for: int = NOBODY
@@ -424,7 +429,7 @@ class Course:
         elif isinstance(output, ServiceDone):
             view.answered_s = now_s
         elif isinstance(output, PlanChanged):
-            view.shows_path = bool(output.path_enu_m)
+            view.path_enu_m, view.path_s = output.path_enu_m, now_s
 
     def _payload(self, view: View, value: PayloadAsked | PayloadEnded, now_s: float) -> None:
         if isinstance(value, PayloadEnded):
@@ -439,7 +444,7 @@ class Course:
         if what in _TAKERS:
             view.taken_before_s, view.taken_s = view.taken_s, now_s
         if what in _TROUBLE:
-            view.trouble_s = now_s
+            view.trouble_before_s, view.trouble_s = view.trouble_s, now_s
             self._trouble(view, what, event.how, now_s)
         self._set(view, event, now_s)
         if what == "mended":
@@ -529,7 +534,7 @@ class Course:
             view.server_s = now_s
             view.shut_down_s = math.inf
         view.setpoint = view.before = None
-        view.shows_path = False
+        view.path_enu_m = ()
         view.active = view.last = None
         view.goals = {}
         view.stalled_until_s = -math.inf

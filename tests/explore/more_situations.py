@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from tests.explore.aimed_situations import AIMED
 from tests.explore.scenario import Post, Scenario
 from tests.explore.situations import Situation, Stage, staged
 
@@ -315,6 +316,7 @@ _SITUATIONS: tuple[Situation, ...] = (
     *(_an_intruder_of_a_circle, _an_intruder_of_who_steers, _an_echo),
     *(_goals_within_a_sent_fence, _commands_within_a_sent_fence),
     _a_wood_seen_by_a_sensor_of_ros,
+    *AIMED,
 )
 
 

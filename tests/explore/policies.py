@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -81,6 +82,8 @@ _CONTROL = {"ardupilot": "GUIDED", "px4": "OFFBOARD"}
 _END = output(GoalFinished)
 _FEEDBACK = output(GoalFeedback)
 _SETPOINTS = sent(*SETPOINTS)
+# The sensors of all vehicles see farther than this.
+_SEEN_M = 5.0
 _TRUTH = of_kind("truth")
 
 
@@ -278,6 +281,15 @@ def success_is_at_the_target(end: GoalFinished, view: View, now_s: float) -> boo
     return away_m < (3.0 if view.hovers else 150.0)
 
 
+@always(_SUCCESS, "docs/parameters.md, arrival_radius_m")
+def arrived_is_within_the_radius(end: GoalFinished, view: View, now_s: float) -> bool:
+    """A Navigate goal of a copter that succeeds reports an error within `arrival_radius_m`."""
+    navigates = isinstance(view.goal(end.goal_id).request, NavigateRequest)
+    if not navigates or not view.copter or end.final_error_m is None:
+        return True
+    return end.final_error_m <= view.config.bridge.goto.arrival_radius_m + 0.01
+
+
 @always(_SUCCESS, OURS)
 def success_stands(end: GoalFinished, view: View, now_s: float) -> bool:
     """A vehicle that can stand still stands when it reports SUCCESS, by ground truth."""
@@ -346,6 +358,18 @@ def a_whole_route_is_reached(end: GoalFinished, view: View, now_s: float) -> boo
     return length is None or end.waypoints_reached == length
 
 
+@always(_END, "docs/navigate.md, codes")
+def a_restart_is_named(end: GoalFinished, view: View, now_s: float) -> bool:
+    """A goal that ends because its autopilot has restarted says so."""
+    goal, since_s = view.goal(end.goal_id), now_s - view.rebooted_s
+    alone = view.trouble_s == view.taken_s == view.rebooted_s and not view.troubled
+    if not alone or not 0.3 < since_s < 8.0 or view.rebooted_s < 10.0:
+        return True
+    asked = math.isfinite(min(goal.cancel_s, view.shut_down_s)) or goal.accepted_s > view.rebooted_s
+    asked = asked or max(view.served_s, view.asked_s) > view.rebooted_s
+    return asked or end.code is OutcomeCode.VEHICLE_REBOOTED
+
+
 @always(output(GoalHappened), OURS)
 def events_in_order(event: GoalHappened, view: View, now_s: float) -> bool:
     """ACCEPTED comes first and ENDED last, each once."""
@@ -364,6 +388,10 @@ _BAD_NUMBERS = frozenset(
 )
 
 
+def _numbers(request: NavigateRequest) -> tuple[float, ...]:
+    return (*request.position, *request.orientation_xyzw, request.max_speed_m_s)
+
+
 @never(of_kind("asked"), "docs/navigate.md, codes")
 def good_numbers_rejected(asked: Asked, view: View, now_s: float) -> bool:
     """A goal in the map frame with finite numbers is not rejected because of its numbers."""
@@ -371,7 +399,7 @@ def good_numbers_rejected(asked: Asked, view: View, now_s: float) -> bool:
     if rejection is None or rejection.code not in _BAD_NUMBERS:
         return False
     if isinstance(request, NavigateRequest):
-        return request.frame_id in ("", "map") and _finite(*request.position)
+        return request.frame_id in ("", "map") and _finite(*_numbers(request))
     if not isinstance(request, WaypointsRequest):
         return False
     acts = [act for waypoint in request.waypoints for act in waypoint.acts]
@@ -384,7 +412,7 @@ def good_numbers_rejected(asked: Asked, view: View, now_s: float) -> bool:
 def bad_numbers_are_rejected(asked: Asked, view: View, now_s: float) -> bool:
     """A Navigate goal with NaN or infinity is rejected with INVALID_NUMBER."""
     request, rejection = asked.request, asked.rejection
-    if not isinstance(request, NavigateRequest) or _finite(*request.position):
+    if not isinstance(request, NavigateRequest) or _finite(*_numbers(request)):
         return True
     codes = (OutcomeCode.INVALID_NUMBER, OutcomeCode.NO_VEHICLE, OutcomeCode.SHUTTING_DOWN)
     return rejection is not None and rejection.code in codes
@@ -552,6 +580,16 @@ def accepted_goals_have_a_position(asked: Asked, view: View, now_s: float) -> bo
     return not asked.goal_id or asked.located or by_itself
 
 
+@never(of_kind("asked"), "docs/parameters.md, position_stale_s")
+def a_goal_accepted_on_an_old_position(asked: Asked, view: View, now_s: float) -> bool:
+    """No goal but a landing and a return is accepted while positions have ceased to arrive."""
+    by_itself = isinstance(asked.request, LandRequest | ReturnRequest)
+    if not asked.goal_id or by_itself or "unlocated" not in view.troubled:
+        return False
+    stale_s = view.config.bridge.goto.position_stale_s
+    return now_s - max(view.trouble_s, view.server_s, view.stalled_until_s) > stale_s + 1.0
+
+
 @never(_ended(OutcomeCode.NO_POSITION), OURS)
 def an_old_jump_counts(end: GoalFinished, view: View, now_s: float) -> bool:
     """NO_POSITION is not due to what happened to the position a minute before the goal."""
@@ -709,7 +747,10 @@ def _pilot_takes(entry: Entry, view: View) -> tuple[str, str] | None:
     if view.troubled or not (happens("pilot_mode", entry) or _moves_a_stick(entry, view)):
         return None
     now, mode = view.truth.mode, entry.value.how.get("mode", "POSCTL")
-    takes = _led(view) and now == _CONTROL[view.craft.autopilot] != mode
+    request = view.flown.request
+    steered = _led(view) or (view.hovers and isinstance(request, OrbitRequest | VelocityRequest))
+    takes = steered and now == _CONTROL[view.craft.autopilot] != mode
+    takes = takes or (view.flown.by_mission and now in ("AUTO", "AUTO.MISSION") and now != mode)
     lands = isinstance(view.flown.request, LandRequest | ReturnRequest) and mode in _BY_STICK
     lands = lands and now in ("LAND", "RTL", "AUTO.LAND", "AUTO.RTL")
     return (view.flown.goal_id, mode) if takes or lands else None
@@ -908,7 +949,7 @@ def _arms_unheard(entry: Entry, view: View) -> int | None:
     return view.armings if unheard else None
 
 
-@within(lambda view: 3.0, _arms_unheard, "MAVLink command protocol")
+@within(lambda view: 1.2, _arms_unheard, "MAVLink command protocol")
 def an_unheard_command_is_sent_again(
     view: View, armings: int, begun_s: float, now_s: float
 ) -> bool:
@@ -1787,6 +1828,21 @@ def a_return_of_its_own(truth: Truth, view: View, now_s: float) -> bool:
     return alone and craft.battery == 1.0 and not asked and truth.mode in ("RTL", "AUTO.RTL")
 
 
+@never(_TRUTH, "PX4 COM_OF_LOSS_T")
+def a_return_after_a_goal(truth: Truth, view: View, now_s: float) -> bool:
+    """A PX4 whose goal has just ended does not return, even if 0.75 s of what is sent are lost."""
+    last = view.last
+    if truth.mode != "AUTO.RTL" or view.mode_s != now_s or view.active is not None or last is None:
+        return False
+    well = (OutcomeCode.CANCELED, OutcomeCode.SUCCESS)
+    ended_well = any(end.code in well for end in last.ends)
+    usual = view.craft.battery == 1.0 and not view.craft.onboard
+    asked = isinstance(last.request, ReturnRequest) or view.served_s > last.ended_s
+    lost = view.troubled or view.trouble_s - view.trouble_before_s > 0.8
+    quiet = view.calm(now_s, 5.0) or (not lost and now_s - view.taken_s > 10.0)
+    return ended_well and usual and not asked and quiet and now_s - last.ended_s < 6.0
+
+
 # --- traffic ---------------------------------------------------------------------------------
 
 
@@ -1825,8 +1881,10 @@ def recordings_are_true(ends: dict[str, tuple[str, str]], view: View, now_s: flo
 
 @always(output(LogLine), OURS)
 def log_lines_are_sentences(line: LogLine, view: View, now_s: float) -> bool:
-    """No log line is empty, a traceback, or shows None or nan, but that of a command."""
+    """No log line is empty, a traceback, or shows None or nan, but one that rejects it."""
     if line.text.startswith("A velocity command cannot be used: "):
+        return True
+    if "every number must be finite" in line.text:
         return True
     words = line.text.replace(".", " ").replace(",", " ").split()
     return bool(words) and not {"Traceback", "None", "nan"} & set(words)
@@ -1878,6 +1936,41 @@ def paths_end_with_goals(plan: PlanChanged, view: View, now_s: float) -> bool:
     return not plan.path_enu_m or view.active is not None
 
 
+def _led_through(entry: Entry, view: View) -> int | None:
+    """Return which post stands on the rest of the path, near enough to be seen for sure."""
+    if entry.kind != "truth" or not view.path_enu_m or not _avoids(view) or not view.copter:
+        return None
+    here = view.truth.position_enu_m
+    moves = not view.truth.on_ground and not _stands(view, 0.5)
+    if not moves or view.craft.sensor or not _ours(view, entry.time_s):
+        return None
+    nearest = min(range(len(view.path_enu_m)), key=lambda i: math.dist(view.path_enu_m[i], here))
+    rest = (here, *view.path_enu_m[nearest + 1 :])
+    for number, post in enumerate(view.posts):
+        away_m = math.dist(post.at_enu_m, here[:2]) - post.radius_m
+        if away_m > _SEEN_M or post.height_m < here[2] + 3.0:
+            continue
+        gaps_m = [_from_line_m(a, b, post.at_enu_m) for a, b in _legs(rest)]
+        if min(gaps_m, default=math.inf) < post.radius_m:
+            return number
+    return None
+
+
+def _legs(points: Sequence[Sequence[float]]) -> list[tuple[Sequence[float], Sequence[float]]]:
+    return [(a[:2], b[:2]) for a, b in pairwise(points)]
+
+
+@within(lambda view: 1.5 + 2.0 * view.craft.search_s, _led_through, "docs/obstacles.md")
+def a_path_is_changed_for_what_is_seen(
+    view: View, number: int, begun_s: float, now_s: float
+) -> bool:
+    """A path that leads through what stands within 5 m is changed soon."""
+    over = view.active is None or view.active.accepted_s > begun_s or not view.path_enu_m
+    over = over or view.path_s > begun_s or not view.calm(now_s, 10.0) or view.truth.collided
+    feedback = view.flown.feedback
+    return over or (feedback is not None and feedback.status is not Status.NAVIGATING)
+
+
 def _shows_path_at_end(entry: Entry, view: View) -> str | None:
     end = _END(entry)
     return None if end is None else end.goal_id
@@ -1886,7 +1979,7 @@ def _shows_path_at_end(entry: Entry, view: View) -> str | None:
 @within(lambda view: 0.5, _shows_path_at_end, OURS)
 def paths_go_with_goals(view: View, goal_id: str, begun_s: float, now_s: float) -> bool:
     """The path of a goal that has ended is taken away."""
-    return not view.shows_path or view.active is not None or view.server_s > begun_s
+    return not view.path_enu_m or view.active is not None or view.server_s > begun_s
 
 
 _PAYLOAD_ENDED = Select("payload", lambda v: v if isinstance(v, PayloadEnded) else None)
@@ -1937,7 +2030,9 @@ ON_TRIAL = frozenset(
         *("a_disarmed_vehicle_ends_its_goal", "an_unheard_command_is_sent_again"),
         *("passed_waypoints_were_passed", "moving_without_commands"),
         *("a_plane_gone_without_commands", "the_fence_left"),
-        "an_intruder_too_near",
+        *("an_intruder_too_near", "a_goal_accepted_on_an_old_position", "a_restart_is_named"),
+        *("a_path_is_changed_for_what_is_seen"),
+        *("a_return_after_a_goal", "arrived_is_within_the_radius"),
     }
 )
 """New or changed: their violations are reported, but fail nothing until they have judged a thousand

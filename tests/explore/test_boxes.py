@@ -99,7 +99,7 @@ def test_layouts_keep_the_rules() -> None:
         assert all(box.top_m > boxes.HEIGHT_M for box in standing)
 
 
-@pytest.mark.wide
+@pytest.mark.night
 @pytest.mark.parametrize("seed", [0, 1, 3])
 def test_a_layout_is_flown_without_coming_too_near(seed: int) -> None:
     flown = boxes.fly(boxes.drawn(seed), boxes.FIRMWARES[seed % 2], seed)

@@ -55,6 +55,7 @@ def test_a_px4_keeps_apart_from_intruders(name: str) -> None:
     assert flown.code == "SUCCESS"
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("seed", [28, 25, 33])
 def test_a_copter_keeps_apart_from_intruders_that_turn_hard(seed: int) -> None:
     # 55 m/s at 2.9 m/s^2; two at once; three at once, one of them at 2.8 m/s^2.
@@ -64,6 +65,7 @@ def test_a_copter_keeps_apart_from_intruders_that_turn_hard(seed: int) -> None:
     assert flown.code == "SUCCESS"
 
 
+@pytest.mark.night
 def test_a_velocity_command_is_slowed_for_an_intruder_and_flown_again_behind_it() -> None:
     fleet = begin()
     (craft,) = fleet.crafts
@@ -94,6 +96,7 @@ def test_a_velocity_command_is_slowed_for_an_intruder_and_flown_again_behind_it(
     assert speeds_m_s[-1] == pytest.approx(3.0, abs=0.3)
 
 
+@pytest.mark.night
 def test_a_trajectory_is_slowed_for_an_intruder_and_flown_again_behind_it() -> None:
     fleet = begin()
     (craft,) = fleet.crafts
@@ -129,6 +132,7 @@ def test_a_trajectory_is_slowed_for_an_intruder_and_flown_again_behind_it() -> N
     assert speeds_m_s[-1] == pytest.approx(3.0, abs=0.3)
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("kind", ["rover", "boat"])
 @pytest.mark.parametrize("name", ["head on", "crossing from the right", "overtaking"])
 def test_what_drives_keeps_apart_from_intruders(name: str, kind: str) -> None:
@@ -236,6 +240,7 @@ def test_vehicles_that_evade_keep_apart_from_each_other() -> None:
     assert [end.code.value for craft in fleet.crafts for _, end in craft.ends()] == ["SUCCESS"] * 4
 
 
+@pytest.mark.night
 def test_what_cannot_be_kept_is_said() -> None:
     fleet = begin()
     flown = meet(fleet, [Intruder(180.0, 50.0, 1.8)])
@@ -245,6 +250,7 @@ def test_what_cannot_be_kept_is_said() -> None:
     assert flown.code == "SUCCESS"
 
 
+@pytest.mark.night
 def test_a_goal_ends_that_an_intruder_keeps_from_its_target() -> None:
     fleet = begin(traffic_timeout_s=20.0)
     (craft,) = fleet.crafts
@@ -265,6 +271,7 @@ def test_a_goal_ends_that_an_intruder_keeps_from_its_target() -> None:
     assert "ICAO ABCDEF" in end.message
 
 
+@pytest.mark.wide
 @pytest.mark.night_but_first
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_a_goal_that_settles_gives_way(autopilot: str) -> None:

@@ -131,6 +131,7 @@ def test_targets_without_an_address_stay_apart_and_are_followed() -> None:
     assert abs(places[0][1] - north_m) <= 10.0
 
 
+@pytest.mark.night
 def test_nobody_is_flown_to_who_has_no_address() -> None:
     # The near one is where the goal leads; the far one had its name.
     fleet = begin(height_m=5.0)
@@ -169,6 +170,7 @@ def test_its_own_address_is_known_at_once() -> None:
     assert not known(fleet)
 
 
+@pytest.mark.night
 def test_an_echo_with_another_altitude_is_known_by_its_climb() -> None:
     fleet = begin(height_m=5.0)
     (craft,) = fleet.crafts

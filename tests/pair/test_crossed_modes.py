@@ -220,6 +220,7 @@ def check(flight: CrossedFlight, goal_id: str, chosen_s: float, delay_s: float) 
 OFFSETS_S = (-0.2, -0.02, 0.03, 0.1, 0.25, 0.6)
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("delay_s", [0.1, 0.0, 0.3])
 @pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
 @pytest.mark.parametrize("operation", OPERATIONS)
@@ -273,6 +274,7 @@ def test_a_second_change_of_the_pilot_is_left_alone(autopilot: str) -> None:
         assert flight.true_mode in (second, CHOSEN[autopilot]), flight.seen
 
 
+@pytest.mark.night
 def test_a_failsafe_after_the_crossing_is_not_overridden() -> None:
     """The link is down when the mode was overtaken; a PX4 then acts by itself."""
     delay_s = 0.1

@@ -369,6 +369,7 @@ def test_what_returns_without_its_server_turns_in_the_volume(
     assert farthest_m(flight) < FACE_M
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("late_s", [0.8, 1.3, 3.0])
 @pytest.mark.parametrize("vehicle", TURNING, ids=IDS)
 def test_what_returns_while_its_server_is_late_turns_in_the_volume(

@@ -218,6 +218,7 @@ def test_the_return_is_reckoned_at_the_goals_speed_while_the_vehicles_is_not_kno
     assert "40 s for the return" in refused.message
 
 
+@pytest.mark.night
 def test_the_battery_of_px4s_own_simulation_does_not_ground_it() -> None:
     """It falls to 50 % within half a minute of arming, then stands still."""
     flight = ready("px4")

@@ -46,6 +46,7 @@ def log(flight: SimulatedFlight) -> str:
     return "\n".join(line.text for line in flight.all(LogLine))
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize(
     ("vehicle", "autopilot"), [("copter", "ardupilot"), ("copter", "px4"), ("rover", "ardupilot")]
 )
@@ -181,6 +182,7 @@ def test_a_straight_path_too_near_to_a_known_obstacle_is_reported_at_once(tmp_pa
     assert sum(words in text for text in remarks(flight)) == 1
 
 
+@pytest.mark.night
 def test_a_straight_path_through_what_a_sensor_sees_is_reported_at_once_and_its_crash_quoted() -> (
     None
 ):
@@ -246,6 +248,7 @@ def test_what_the_autopilot_flies_by_itself_avoids_nothing_and_says_so(
     assert "hit known ones: 'tree'" in log(flight)
 
 
+@pytest.mark.night
 def test_a_rover_drives_around_what_is_known_however_high_its_gps_puts_it(tmp_path: Path) -> None:
     flight = knowing(tmp_path, TREE.replace("height_m: 30", "height_m: 0.5"), "rover")
     goal = flight.start(flight.request(20.0, 0.0, 0.0, avoid=True))
@@ -254,6 +257,7 @@ def test_a_rover_drives_around_what_is_known_however_high_its_gps_puts_it(tmp_pa
     assert nearest_m > 0.5
 
 
+@pytest.mark.night
 def test_a_path_that_is_found_stays_inside_of_the_fence() -> None:
     flight = SimulatedFlight(simulated=kind_of("copter"))
     vehicle = flight.simulation.vehicles[0]
@@ -298,6 +302,7 @@ def test_a_message_that_makes_no_sense_is_reported_once() -> None:
     assert log(flight).count("OBSTACLE_DISTANCE of component 195 is ignored: its frame 4") == 1
 
 
+@pytest.mark.night
 def test_a_scanner_that_falls_silent_stops_the_vehicle_until_it_is_back_or_the_goal_ends() -> None:
     flight = SimulatedFlight(scan_topic="/scan", blocked_timeout_s=5.0).ready()
     angles = np.radians(np.arange(0.0, 360.0, 5.0))

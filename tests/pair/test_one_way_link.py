@@ -105,6 +105,7 @@ def test_an_autopilot_without_timesync_is_known_by_its_acknowledgements(autopilo
     loses_uplink(flight, goal, within_s=4.0)
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_an_autopilot_without_timesync_is_flown_all_the_same(autopilot: str) -> None:
     flight = flight_of(autopilot, "copter")
@@ -137,6 +138,7 @@ def test_a_bad_link_is_not_one_way(autopilot: str, name: str) -> None:
     assert pair.vehicle.timesync.round_trip_s is not None
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("loss", [0.8, 0.9, 0.95])
 def test_answers_lost_among_much_else_are_not_one_way(loss: float) -> None:
     """A flood on the port lets few packets through, whichever they are."""
@@ -155,6 +157,7 @@ def test_a_lost_uplink_is_noticed_on_a_link_that_loses() -> None:
     loses_uplink(flight, under_way(flight, "copter"), within_s=4.0)
 
 
+@pytest.mark.night
 def test_a_silence_and_a_standstill_are_not_one_way() -> None:
     flight = flight_of("ardupilot", "copter")
     goal = under_way(flight, "copter", 60.0)

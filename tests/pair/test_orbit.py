@@ -64,6 +64,7 @@ def watch(
     return watched
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize(
     ("vehicle", "autopilot", "share"),
     [
@@ -132,6 +133,7 @@ def test_a_plane_goes_round_on_its_own_circle(autopilot: str, share: float) -> N
     assert not flight.simulation.truth.on_ground[0]
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 @pytest.mark.parametrize("radius_m", [150.0, -130.0])
 def test_a_plane_goes_round_with_another_radius_and_direction_then_with_its_usual_one(

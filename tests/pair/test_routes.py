@@ -85,6 +85,7 @@ def test_laps_are_counted(flight: SimulatedFlight) -> None:
     assert laps == {0, 1, 2}
 
 
+@pytest.mark.night
 def test_each_leg_keeps_to_its_own_speed(flight: SimulatedFlight) -> None:
     waypoints = (
         WaypointRequest((20.0, 0.0, 3.0), acceptance_radius_m=2.0, max_speed_m_s=4.0),

@@ -64,6 +64,7 @@ def test_a_return_that_is_never_located_again_does_not_claim_to_be_home(autopilo
     assert max(map(abs, flight.truth()[0][:2])) < 2.0
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
 def test_a_rover_returns_without_being_located(autopilot: str) -> None:
     """A PX4 disarms at home; an ArduRover stands there, and it is not stuck after a minute."""

@@ -167,6 +167,7 @@ def test_bounds_and_the_beginning_of_a_trajectory_are_checked() -> None:
     assert unknown.code is OutcomeCode.UNKNOWN_FRAME
 
 
+@pytest.mark.night
 def test_a_trajectory_that_is_too_fast_is_slowed_down_where_that_is_allowed_and_reported() -> None:
     flight = TrajectoryFlight(trajectory_too_fast="slow_down", speed_max_m_s=3.0)
     planned = lissajous(flight.here, 12.0, 6.0)
@@ -185,6 +186,7 @@ def test_a_trajectory_that_is_too_fast_is_slowed_down_where_that_is_allowed_and_
     assert "times slower" in progress.limited_by
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
 def test_a_vehicle_stops_on_its_trajectory_before_what_its_sensor_sees(autopilot: str) -> None:
     wall = (Obstacle("wall", (18.0, 0.0), size_m=(0.4, 30.0), top_m=40.0),)
@@ -256,6 +258,7 @@ def test_a_turn_on_the_spot_has_the_rate_that_was_planned_and_ends_when_it_is_ca
     assert math.remainder(flight.yaw_enu_rad - before, math.tau) == pytest.approx(0.0, abs=0.03)
 
 
+@pytest.mark.night
 def test_a_pause_stops_the_vehicle_on_its_trajectory_and_it_continues_from_there() -> None:
     flight = TrajectoryFlight()
     planned = lissajous(flight.here, 12.0, 2.0)

@@ -76,6 +76,7 @@ def test_nobody_who_speaks_beside_the_vehicle_touches_its_goal(autopilot: str) -
     assert not flight.check(flight.request(0.0, 0.0, 5.0))
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("system", [0, 1])
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
 def test_nobody_who_speaks_before_the_vehicle_is_taken_for_it(autopilot: str, system: int) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, assume, example, given, settings
 from hypothesis import strategies as st
 
@@ -221,6 +222,7 @@ def test_the_remaining_distance_falls_to_zero(
 _NEXT_TO_NOTHING = KinematicState((0.0,) * 3, (0.0,) * 3, (0.0, 1.0, 1.1873723838401382e-159))
 
 
+@pytest.mark.night
 @quickly
 @given(states, points, limits)
 @example(_NEXT_TO_NOTHING, (1.0, 0.0, 0.0), Limits(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0))

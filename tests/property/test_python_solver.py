@@ -38,6 +38,7 @@ def assert_same(ours: MotionProfile, theirs: MotionProfile) -> None:
             assert our_values == pytest.approx(their_values, rel=1e-6, abs=1e-5)
 
 
+@pytest.mark.night
 @quickly
 @given(st.lists(st.tuples(axis_limits, shares, beyond, shares), min_size=1, max_size=3))
 def test_a_velocity_is_reached_as_by_ruckig(

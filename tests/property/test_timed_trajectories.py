@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -82,6 +83,7 @@ def test_points_make_a_motion_within_the_limits_or_a_sentence(
     assert planned.slower == 1.0 or slow
 
 
+@pytest.mark.night
 @given(
     uniform_points(),
     st.tuples(*[st.floats(-1.0, 1.0)] * 3),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import signal
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 
@@ -14,6 +16,7 @@ from drone_navigation.client.options import (
     EXIT_NO_SERVER,
     EXIT_REJECTED,
 )
+from mavlink_vehicle.codec import mavlink
 from tests.support.processes import Process
 from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, Flight
 
@@ -86,6 +89,24 @@ COMMANDS = {
     "list": (("parameters", "list"), "PARAM_VALUE", "PARAM_REQUEST_LIST"),
     "arm": (("arm",), "HEARTBEAT", "COMMAND_LONG"),
 }
+
+
+def _asks(flight: Flight, name: str) -> int:
+    """Return how often the server has asked the vehicle what a command waits for."""
+    asked = flight.relay.from_server(COMMANDS[name][2])
+    if name == "arm":  # it commands other things, too
+        asked = [each for each in asked if each.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM]
+    return len(asked)
+
+
+def _catches_signals(process: Process) -> bool:
+    """Whether a process has come so far that it handles SIGTERM."""
+    status = Path(f"/proc/{process.pid}/status")
+    text = status.read_text("ascii") if status.exists() else ""
+    caught = re.search(r"^SigCgt:\s*(\w+)", text, re.MULTILINE)
+    return caught is not None and bool(int(caught[1], 16) >> (signal.SIGTERM - 1) & 1)
+
+
 # 8 s without a status, and the time that a busy machine adds to each of its steps.
 NOTICED_S = 60.0
 
@@ -104,16 +125,15 @@ def waiting(flight: Flight) -> Iterator[Callable[[str], Process]]:
     clients: list[Process] = []
 
     def start(name: str) -> Process:
-        words, lost, request = COMMANDS[name]
-        before = len(flight.relay.from_server(request))
+        words, lost, _ = COMMANDS[name]
+        before = _asks(flight, name)
         flight.relay.withheld = frozenset({lost, "FILE_TRANSFER_PROTOCOL", "COMMAND_ACK"})
         command = ["python", "-m", "drone_navigation.navigation_client", *words]
         clients.append(Process("client", command, flight.environment))
-        # The server itself asks now and then; a client takes a second to start.
+        # A busy machine takes its time to start one, and the server itself asks now and then.
+        flight.wait(lambda: _catches_signals(clients[-1]), READY_TIMEOUT_S, "the client's start")
         flight.spin_for(2.0)
-        flight.wait(
-            lambda: len(flight.relay.from_server(request)) > before, READY_TIMEOUT_S, "the request"
-        )
+        flight.wait(lambda: _asks(flight, name) > before, READY_TIMEOUT_S, "the request")
         flight.spin_for(0.5)
         return clients[-1]
 

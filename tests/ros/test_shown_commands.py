@@ -44,6 +44,9 @@ pytestmark = [
     pytest.mark.timeout(900),
 ]
 
+AT_NIGHT = ("python -m flight_reports.flight_video", "python -m tests.fleets --seeds")
+"""Those that keep the processors busy for a minute or more"""
+
 NOT_RUN = {
     "(cd /opt": "it would change this machine",
     ". /opt/ros": "it needs a full ROS 2 installation",
@@ -187,7 +190,14 @@ def shown() -> list[object]:
                 command = re.sub(r"(^|\s+)#.*", "", line).strip()
                 commands.setdefault(command.removeprefix("scripts/run "), page.name)
     commands.pop("", None)
-    return [pytest.param(line, id=f"{page}: {line[:60]}") for line, page in commands.items()]
+    return [
+        pytest.param(
+            line,
+            id=f"{page}: {line[:60]}",
+            marks=[pytest.mark.night] * line.startswith(AT_NIGHT),
+        )
+        for line, page in commands.items()
+    ]
 
 
 def client(place: Place, *words: str) -> None:

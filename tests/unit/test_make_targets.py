@@ -29,6 +29,9 @@ LIMITS_S = {"wheels": 2000.0}
 """It compiles all interfaces for each Python, which takes an idle machine three minutes."""
 pytestmark = [pytest.mark.wide, pytest.mark.by_day, pytest.mark.timeout(900)]
 
+AT_NIGHT = ("wheels", "test-night", "demo-video", "shape", "demo-nav2", "demo-fleet")
+"""Those that keep the processors busy for a minute or more: wheels are built for each Python"""
+
 WHOLE = {
     "help": (),
     "demo-video": ("LOG=flight.tlog",),
@@ -128,8 +131,7 @@ def test_every_target_is_here() -> None:
         pytest.param(
             target,
             marks=[pytest.mark.timeout(LIMITS_S.get(target, LIMIT_S) + 400.0)]
-            # For each Python of the machine it compiles the interfaces.
-            + [pytest.mark.night] * (target in ("wheels", "test-night")),
+            + [pytest.mark.night] * (target in AT_NIGHT),
         )
         for target in WHOLE
     ],
@@ -188,7 +190,7 @@ def started(copy: Path, request: pytest.FixtureRequest) -> Iterator[subprocess.P
 @pytest.mark.parametrize(
     ("started", "target"),
     # It waits a minute for the client of Nav2.
-    [pytest.param(t, t, marks=[pytest.mark.night] * (t == "demo-nav2")) for t in INTERRUPTED],
+    [pytest.param(t, t, marks=[pytest.mark.night] * (t in AT_NIGHT)) for t in INTERRUPTED],
     indirect=["started"],
 )
 def test_a_target_that_flies_starts_and_can_be_interrupted(

@@ -83,6 +83,7 @@ def test_the_wheel_has_all_files(folder: Path, python: Path) -> None:
     assert {path for path in sources - there if "__pycache__" not in path.parts} == set()
 
 
+@pytest.mark.night
 def test_its_tests_and_its_documentation_check_run(folder: Path, python: Path) -> None:
     words = ("-m", "pytest", "-q", "-m", "not wide", "-p", "no:launch_testing", *TESTS)
     said = run(python, folder, python, *words)

@@ -45,12 +45,12 @@ def test_marks_choose_between_now_by_day_and_by_night(tmp_path: Path) -> None:
         *(f"test_quick[{n}]" for n in range(4)), "test_first[0]",
     }  # fmt: skip
     assert chosen(tmp_path, "wide and not night") == {
-        "test_first[3]", "test_wide[0]", "test_wide[3]", "test_night_first[0]",
+        "test_first[1]", "test_wide[3]", "test_night_first[0]",
         *(f"test_by_day[{n}]" for n in range(4)),
     }  # fmt: skip
     assert chosen(tmp_path, "night") == {
-        "test_first[1]", "test_first[2]", "test_wide[1]", "test_wide[2]", "test_night",
-        *(f"test_night_first[{n}]" for n in range(1, 4)),
+        *(f"test_first[{n}]" for n in (2, 3)), *(f"test_wide[{n}]" for n in range(3)),
+        *(f"test_night_first[{n}]" for n in range(1, 4)), "test_night",
     }  # fmt: skip
 
 

@@ -37,6 +37,7 @@ def test_each_kind_says_what_it_is() -> None:
     assert types == [10, 2, 11, 1, 10]
 
 
+@pytest.mark.night
 def test_each_goes_where_commanded_and_the_truth_is_in_the_order_of_the_list() -> None:
     stations = together()
     simulation = stations[0].simulation

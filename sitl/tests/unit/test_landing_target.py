@@ -133,6 +133,7 @@ def see_local(air: Px4Station) -> None:
     landing_target(air, (*TARGET, 0.0), mav.MAV_FRAME_LOCAL_NED)
 
 
+@pytest.mark.night
 def test_as_flown_by_the_real_px4_it_settles_over_its_target_and_lands_on_it() -> None:
     """From 3 m away, recorded: over it after 7 s, sinking from 10 s on, down after 26 s."""
     air = precland()
@@ -147,6 +148,7 @@ def test_as_flown_by_the_real_px4_it_settles_over_its_target_and_lands_on_it() -
     assert air.custom_mode == px4.OFFBOARD, "as before: it cannot be armed in AUTO.PRECLAND"
 
 
+@pytest.mark.night
 def test_a_px4_that_sees_no_target_searches_and_lands_where_it_is() -> None:
     air = precland(6.0)
     air.run(8.0)
@@ -156,6 +158,7 @@ def test_a_px4_that_sees_no_target_searches_and_lands_where_it_is() -> None:
     assert math.hypot(*air.position[:2]) < 0.6
 
 
+@pytest.mark.night
 def test_a_px4_that_loses_its_target_stops_and_searches() -> None:
     air = precland()
     while -air.position[2] > 5.0:

@@ -74,6 +74,7 @@ def test_it_is_seen_within_the_field_of_view(north_m: float, seen: bool) -> None
     assert bool(simulation.sightings()) == seen
 
 
+@pytest.mark.night
 def test_noise_and_loss_are_as_given_and_seeded() -> None:
     def seen(seed: int) -> list[Sighting]:
         simulation = above(MarkCamera(rate_hz=100.0, noise=0.02, loss=0.5), seed=seed).simulation

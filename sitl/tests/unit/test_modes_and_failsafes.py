@@ -294,6 +294,7 @@ def test_battery_by_charge() -> None:
     assert station.last("BATTERY_STATUS").battery_remaining == pytest.approx(4, abs=1)
 
 
+@pytest.mark.night
 def test_hover_draws_what_was_recorded() -> None:
     station = flying(10.0)
     station.run(5.0)

@@ -180,6 +180,7 @@ def test_the_yaw_stick_turns_at_pilot_y_rate() -> None:
     assert station.vehicle.firmware.motion.yaw_rate_rad_s == pytest.approx(0.0, abs=0.05)
 
 
+@pytest.mark.night
 def test_a_stick_in_loiter_leads_to_its_share_of_loit_speed_and_let_go_of_it_stops() -> None:
     station, pilot = up(LOITER)
     station.vehicle.parameters.set("LOIT_SPEED", 800.0)

@@ -125,6 +125,7 @@ def test_change_speed_is_about_airspeed() -> None:
     assert airspeed(station) == pytest.approx(26.0, abs=1.5)
 
 
+@pytest.mark.night
 def test_reposition_as_command_int_sends_it_there() -> None:
     station, _ = in_guided()
     x = round(-35.363261e7 + 400.0 / 0.0111318845)
@@ -143,6 +144,7 @@ def test_reposition_as_command_int_sends_it_there() -> None:
 # GUIDED.
 
 
+@pytest.mark.night
 def test_in_guided_it_sinks_on_its_way_and_climbs_at_once() -> None:
     """Plane::setup_alt_slope of the real one: a slope down for more than ALT_SLOPE_MIN (15 m)."""
     station, _ = in_guided()
@@ -162,6 +164,7 @@ def test_in_guided_it_sinks_on_its_way_and_climbs_at_once() -> None:
     assert -station.position[2] == pytest.approx(48.0, abs=4.0)
 
 
+@pytest.mark.night
 def test_guided_circles_where_it_began_and_reports_it_as_item_0() -> None:
     station, place = in_guided()
     station.run(40.0)
@@ -171,6 +174,7 @@ def test_guided_circles_where_it_began_and_reports_it_as_item_0() -> None:
     assert [m.seq for m in station.messages("MISSION_ITEM_REACHED")] == [0]
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("mask", [POSITION, VELOCITY])
 def test_local_setpoints_have_no_effect_and_get_no_word(mask: int) -> None:
     station, place = in_guided()
@@ -204,6 +208,7 @@ def test_of_an_offset_only_the_height_counts() -> None:
     assert -station.position[2] == pytest.approx(height + 20.0, abs=2.0)
 
 
+@pytest.mark.night
 def test_rtl_circles_above_home_and_does_not_land() -> None:
     station = flying()
     assert station.mode(RTL) == ACCEPTED
@@ -247,6 +252,7 @@ def test_bank_and_climb_keep_their_limits() -> None:
         assert -station.velocity[2] < 6.5
 
 
+@pytest.mark.night
 def test_wind_moves_the_circle_speed_over_ground_but_not_the_circle() -> None:
     station = flying(wind=(0.0, 8.0, 0.0))
     station.mode(RTL)
@@ -354,6 +360,7 @@ def test_takeoff_chosen_in_the_air_only_circles() -> None:
     assert 60.0 < min(circle[40:]) < max(circle[40:]) < 110.0
 
 
+@pytest.mark.night
 def test_a_negative_rtl_radius_turns_the_other_way() -> None:
     station = flying()
     station.vehicle.parameters.set("RTL_RADIUS", -150.0)
@@ -364,6 +371,7 @@ def test_a_negative_rtl_radius_turns_the_other_way() -> None:
     assert math.degrees(station.last("ATTITUDE").roll) < -5.0
 
 
+@pytest.mark.night
 def test_a_reposition_may_give_a_radius_and_a_sense_and_without_them_the_radius_stays() -> None:
     """Seen on the firmware: 120 m of 136 m in this air, both ways; -120, 0 and NaN keep it."""
     station, _ = in_guided()
@@ -378,6 +386,7 @@ def test_a_reposition_may_give_a_radius_and_a_sense_and_without_them_the_radius_
         assert side * math.degrees(station.last("ATTITUDE").roll) > 5.0
 
 
+@pytest.mark.night
 def test_the_sign_of_the_usual_radius_counts_where_a_reposition_gives_none() -> None:
     station, _ = in_guided()
     station.vehicle.parameters.set("WP_LOITER_RAD", -90.0)
@@ -395,6 +404,7 @@ def test_outside_guided_a_reposition_needs_leave_to_change_the_mode() -> None:
     assert station.command_int(mav.MAV_CMD_DO_REPOSITION, 6, -1, 0, 0, 0, x=x, y=y, z=80) == FAILED
 
 
+@pytest.mark.night
 def test_the_wind_may_not_make_it_slower_over_ground_than_asked() -> None:
     station = flying(wind=(0.0, 12.0, 0.0))
     station.mode(GUIDED)

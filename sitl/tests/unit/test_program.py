@@ -80,6 +80,7 @@ def test_a_flight_over_udp_recorded_and_ended_by_sigterm(tmp_path: Path) -> None
     assert {frame[5] for frame in frames} == {1, 255}
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("speedup", ["10", "50", "1000"])
 def test_at_any_speed_the_same_inputs_give_the_same_bytes(speedup: str, tmp_path: Path) -> None:
     """The bytes from the socket, flown again in-process at the logged times, give the same log."""
@@ -112,6 +113,7 @@ def wait_for_mode(connection: Any, custom_mode: int) -> Any:
     pytest.fail("the mode did not come")
 
 
+@pytest.mark.night
 def test_a_px4_plane_takes_off_over_udp() -> None:
     port, takeoff, hold = free_udp_port(), 0x02040000, 0x03040000
     with (
@@ -164,6 +166,7 @@ def test_a_listening_udp_link_answers_who_speaks() -> None:
         assert command(connection, 31999) == 3
 
 
+@pytest.mark.night
 def test_every_link_carries_telemetry_and_the_answers_of_who_asks_on_it() -> None:
     port = free_udp_port()
     with (
@@ -185,6 +188,7 @@ def test_a_signal_ends_it_cleanly_even_when_it_has_much_to_do(number: int) -> No
         assert program.end(number).rstrip().endswith("ended")
 
 
+@pytest.mark.night
 def test_it_flies_on_when_nobody_reads_its_lines() -> None:
     with running("--link", "tcpin://127.0.0.1:0", "--speedup", "20") as program:
         assert program.process.stdout is not None
@@ -195,6 +199,7 @@ def test_it_flies_on_when_nobody_reads_its_lines() -> None:
         assert program.process.wait(WAIT_S) == 0
 
 
+@pytest.mark.night
 def test_it_flies_on_without_a_listener() -> None:
     with running("--link", f"udpout://127.0.0.1:{free_udp_port()}", "--speedup", "20") as program:
         while "ready" not in program.line():
@@ -217,6 +222,7 @@ def test_garbage_on_every_kind_of_link_does_not_stop_it() -> None:
             assert command(connection, 31999) == 3
 
 
+@pytest.mark.night
 def test_quiet_prints_nothing() -> None:
     with running("--quiet", "--link", "tcpin://127.0.0.1:0", "--speedup", "abc") as program:
         assert "the speedup must be a number" in program.first_line

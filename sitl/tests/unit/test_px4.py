@@ -423,6 +423,7 @@ def test_the_target_is_echoed(air: Px4Station) -> None:
 # Landing, returning.
 
 
+@pytest.mark.night
 def test_land_disarms_two_seconds_after_landing_and_the_earlier_mode_comes_back(
     air: Px4Station,
 ) -> None:
@@ -593,6 +594,7 @@ def test_who_knows_the_hash_sends_it_back_and_gets_no_list(ground: Px4Station) -
 # Battery, home, estimator.
 
 
+@pytest.mark.night
 def test_the_battery_drains_to_half_while_armed_and_refills_in_3_s() -> None:
     air = flying_px4()
     air.stream_to(20.0, 0.0, 0.0, -10.0)
@@ -617,6 +619,7 @@ def test_a_critical_battery_returns_when_told_to() -> None:
     assert air.vehicle.firmware.system_status == 5
 
 
+@pytest.mark.night
 def test_a_px4_holds_for_less_time_where_it_has_held_before() -> None:
     """By what it has held, less a quarter of the time since."""
     air = flying_px4(parameters={"COM_LOW_BAT_ACT": 3})
@@ -634,6 +637,7 @@ def test_a_px4_holds_for_less_time_where_it_has_held_before() -> None:
     assert air.custom_mode == px4.RTL
 
 
+@pytest.mark.night
 def test_the_altitude_of_home_is_rewritten_in_flight(air: Px4Station) -> None:
     air.stream_to(20.0, 0.0, 0.0, -10.0)
     homes = [m.altitude / 1e3 for m in air.messages("HOME_POSITION")]
@@ -652,6 +656,7 @@ def test_the_estimator_reports_what_it_has(air: Px4Station) -> None:
     assert math.isnan(air.last("VFR_HUD").airspeed)
 
 
+@pytest.mark.night
 def test_without_a_position_it_lands(air: Px4Station) -> None:
     air.vehicle.lose_gps()
     air.stream_to(12.0, 0.0, 0.0, -10.0)
@@ -743,6 +748,7 @@ def test_it_asks_everybody_for_a_gimbal_when_it_lands(air: Px4Station) -> None:
     assert {(m.target_system, m.target_component) for m in asked} == {(1, 0)}
 
 
+@pytest.mark.night
 def test_do_change_speed_counts_in_the_auto_modes(air: Px4Station) -> None:
     x = round((HOME.latitude_deg + 60.0 / 111_195.0) * 1e7)
     y = round(HOME.longitude_deg * 1e7)

@@ -54,6 +54,7 @@ def test_what_needs_no_turning_is_done(what: int, kind: float, name: str) -> Non
     assert shown[-1] == 100
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize(
     ("what", "name", "within_s", "last"),
     [

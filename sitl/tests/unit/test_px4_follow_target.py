@@ -59,6 +59,7 @@ def behind(station: Px4Station, place: Place) -> Place:
     return north - place[0], east - place[1]
 
 
+@pytest.mark.night
 def test_it_keeps_behind_a_target_that_moves_and_looks_at_it(air: Px4Station) -> None:
     assert air.mode(px4.FOLLOW_TARGET) == ACCEPTED
     walk(air, 40.0, eastwards)
@@ -131,6 +132,7 @@ def test_lower_responsiveness_trusts_a_jump_less(air: Px4Station) -> None:
     assert seen[0] > 2.0 * seen[1]
 
 
+@pytest.mark.night
 def test_a_silent_target_is_taken_to_stand_still_and_the_vehicle_holds(air: Px4Station) -> None:
     assert air.mode(px4.FOLLOW_TARGET) == ACCEPTED
     walk(air, 30.0, eastwards)
@@ -151,6 +153,7 @@ def test_without_a_target_it_holds(air: Px4Station) -> None:
     assert air.custom_mode == px4.FOLLOW_TARGET
 
 
+@pytest.mark.night
 def test_a_target_without_a_velocity_gets_one_from_its_places(air: Px4Station) -> None:
     assert air.mode(px4.FOLLOW_TARGET) == ACCEPTED
     begin_s = air.now_s

@@ -283,6 +283,7 @@ def test_vibration_and_the_estimator_s_status_are_there_for_the_ground_station()
     assert companion.last("SYSTEM_TIME").time_boot_ms > 0
 
 
+@pytest.mark.night
 def test_servos_are_at_900_disarmed_and_near_1480_in_hover() -> None:
     air = ready_px4().take_off(6.0)
     first = air.messages("SERVO_OUTPUT_RAW")[0]

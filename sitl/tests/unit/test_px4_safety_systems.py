@@ -50,6 +50,7 @@ def test_a_system_that_is_lost_acts_by_its_parameter(
         assert f"{text} system lost\t" in air.texts()
 
 
+@pytest.mark.night
 def test_a_parachute_that_is_not_well_is_as_one_that_is_lost_and_1_warns() -> None:
     air = flying()
     beat(air, mav.MAV_TYPE_PARACHUTE)
@@ -77,6 +78,7 @@ def test_too_few_receivers_act_before_the_position_is_lost(action: int, mode: in
     assert air.vehicle.firmware.mode.spec.number == mode
 
 
+@pytest.mark.night
 def test_nobody_needs_a_receiver_by_default_and_1_17_has_none_of_it() -> None:
     air = flying(COM_GNSSLOSS_ACT=1)
     air.vehicle.lose_gps()
@@ -88,6 +90,7 @@ def test_nobody_needs_a_receiver_by_default_and_1_17_has_none_of_it() -> None:
     assert air.vehicle.firmware.mode.spec.number == px4.OFFBOARD
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("breaker", [0.0, 121212.0])
 def test_a_vehicle_that_sinks_below_its_setpoint_is_terminated_unless_a_breaker_forbids(
     breaker: float,
@@ -100,6 +103,7 @@ def test_a_vehicle_that_sinks_below_its_setpoint_is_terminated_unless_a_breaker_
     assert "Failsafe activated\t" in air.texts()
 
 
+@pytest.mark.night
 def test_a_descent_that_was_asked_for_is_no_loss_of_altitude() -> None:
     air = flying(FD_ALT_LOSS=1.0, FD_ALT_LOSS_T=0.0, CBRK_FLIGHTTERM=0.0)
     keep(air, 4.0)

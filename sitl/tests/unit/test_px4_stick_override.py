@@ -70,6 +70,7 @@ def test_an_auto_mode_is_taken_over_too_and_the_pilot_flies() -> None:
     assert air.velocity[0] > 2.0
 
 
+@pytest.mark.night
 def test_without_a_position_the_pilot_gets_altctl() -> None:
     air = flying()
     air.vehicle.lose_gps()

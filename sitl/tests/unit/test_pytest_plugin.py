@@ -115,6 +115,7 @@ def results(said: str, name: str) -> list[str]:
     return re.findall(rf"^test_{name}\.py::\S+ (\w+)", said, re.MULTILINE)
 
 
+@pytest.mark.night
 def test_the_example_of_the_documentation_passes(said: str) -> None:
     assert results(said, "example") == ["PASSED"], said
 

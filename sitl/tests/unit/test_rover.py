@@ -89,6 +89,7 @@ def test_its_landed_state_is_always_undefined() -> None:
     assert station.changes("EXTENDED_SYS_STATE", "landed_state") == [0]
 
 
+@pytest.mark.night
 def test_mode_9_is_circle_and_is_accepted() -> None:
     station = driving()
     assert station.mode(9) == ACCEPTED

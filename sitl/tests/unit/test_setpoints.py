@@ -232,6 +232,7 @@ def jerk_limited(time_s: float) -> tuple[float, float, float]:
     return s, v, a
 
 
+@pytest.mark.night
 def test_a_20_hz_trajectory_is_followed_closely_without_overspeed(hover: GroundStation) -> None:
     """Position, velocity, acceleration and yaw, as the navigation server sends them."""
     hover.setpoint(POSITION - YAW, (0.0, 0.0, -10.0), yaw=0.9)

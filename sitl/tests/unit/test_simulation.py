@@ -155,6 +155,7 @@ def test_home_and_heading_are_where_it_starts() -> None:
     assert place.hdg == pytest.approx(12000, abs=10)
 
 
+@pytest.mark.night
 def test_many_vehicles_fly_each_for_itself() -> None:
     """One pipeline: the array of three flies like a single one with the same orders."""
     simulation = Simulation([VehicleConfig(ready_after_s=1.0)] * 3, seed=1)
