@@ -2031,7 +2031,7 @@ ON_TRIAL = frozenset(
         *("passed_waypoints_were_passed", "moving_without_commands"),
         *("a_plane_gone_without_commands", "the_fence_left"),
         *("an_intruder_too_near", "a_goal_accepted_on_an_old_position", "a_restart_is_named"),
-        *("a_path_is_changed_for_what_is_seen"),
+        "a_path_is_changed_for_what_is_seen",
         *("a_return_after_a_goal", "arrived_is_within_the_radius"),
     }
 )
