@@ -1,7 +1,7 @@
 """Set-up of the whole test run: how slow and broad a test is, where it hangs, what it leaves.
 
 The marks `wide` and `night` (pyproject.toml) stand at the tests. Of a test with wide sets of
-parameters all but one wait for the night: the first or the last, by the test's name.
+parameters one is not left to the night: the first or the last, by the test's name.
 """
 
 from __future__ import annotations
@@ -97,17 +97,12 @@ def _mark(tests: Sequence[pytest.Item]) -> None:
     for item in tests:
         if item.get_closest_marker("night"):
             item.add_marker("wide")
-    wide = [
-        item
-        for item in tests
-        if item.get_closest_marker("wide")
-        and not item.get_closest_marker("by_day")
-        and not item.get_closest_marker("night")
-    ]
     # Of some tests the one, of others the other: often they are an ArduPilot's and a PX4's.
-    is_first = crc32(tests[0].name.partition("[")[0].encode()) % 2 == 0
-    for item in wide[1:] if is_first else wide[:-1]:
-        item.add_marker("night")
+    is_first = tests[0].get_closest_marker("night_but_first") is not None
+    is_first = is_first or crc32(tests[0].name.partition("[")[0].encode()) % 2 == 0
+    for item in tests[1:] if is_first else tests[:-1]:
+        if item.get_closest_marker("wide") and not item.get_closest_marker("by_day"):
+            item.add_marker("night")
 
 
 def pytest_collection_finish() -> None:

@@ -1,9 +1,8 @@
 """Set-up of the simulator's tests: how slow and broad a test is.
 
 `wide` marks the files and tests that are slow and broad, `night` those that wait for the night. Of
-all others, only the first set of
-parameters is quick: a kind of vehicle, a link or a recording of each. Of its wide sets of
-parameters all but the last wait for the night.
+all others, only the first set of parameters is quick, and the rest wait for the night: a kind of
+vehicle, a link or a recording of each. Of wide sets the last one does not.
 """
 
 from __future__ import annotations
@@ -43,12 +42,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         for item in tests:
             if item.get_closest_marker("night"):
                 item.add_marker("wide")
-        wide = tests[1:] if tests[0].get_closest_marker("wide") is None else tests
-        for item in wide:
+        is_wide = tests[0].get_closest_marker("wide") is not None
+        rest = tests[:-1] if is_wide else tests[1:]
+        for item in tests[1:]:
             item.add_marker("wide")
-        for item in tests[:-1]:
-            if item.get_closest_marker("wide"):
-                item.add_marker("night")
+        for item in rest:
+            item.add_marker("night")
 
 
 def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:

@@ -125,6 +125,7 @@ def test_a_target_of_another_is_moved_to_the_nearest_free_position() -> None:
     assert "moved" in fleet.crafts[1].ends()[0][1].message
 
 
+@pytest.mark.night
 @pytest.mark.wide
 def test_a_target_of_another_is_waited_for() -> None:
     fleet, _ = two_with_near_targets("wait")

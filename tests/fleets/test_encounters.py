@@ -55,6 +55,7 @@ def test_a_px4_keeps_apart_from_intruders(name: str) -> None:
     assert flown.code == "SUCCESS"
 
 
+@pytest.mark.night_but_first
 @pytest.mark.wide
 @pytest.mark.parametrize("seed", [28, 25, 33])
 def test_a_copter_keeps_apart_from_intruders_that_turn_hard(seed: int) -> None:
@@ -190,6 +191,7 @@ def test_an_evasion_stays_below_the_fence_of_the_autopilot() -> None:
     assert highest_m[1] < 24.5
 
 
+@pytest.mark.night
 @pytest.mark.wide
 def test_an_evasion_stays_within_the_flight_volume() -> None:
     fleet = begin(volume_altitude_max_m=14.0, volume_radius_m=85.0)

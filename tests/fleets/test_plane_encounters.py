@@ -48,6 +48,7 @@ ENCOUNTERS = {
 """Each would hit"""
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize("name", ENCOUNTERS)
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_a_plane_keeps_apart_from_intruders_and_arrives(autopilot: str, name: str) -> None:
@@ -115,6 +116,7 @@ def test_a_paused_plane_gives_way_and_returns(autopilot: str) -> None:
     assert abs(float(here[2]) - down) < 8.0
 
 
+@pytest.mark.night
 @pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_an_evasion_of_a_plane_stays_within_the_flight_volume(autopilot: str) -> None:
@@ -131,6 +133,7 @@ def test_an_evasion_of_a_plane_stays_within_the_flight_volume(autopilot: str) ->
     assert max(math.hypot(place[0], place[1]) for place in flown.places) <= 800.0
 
 
+@pytest.mark.night
 @pytest.mark.wide
 @pytest.mark.parametrize("seed", range(24))
 def test_a_plane_keeps_apart_wherever_it_can(seed: int) -> None:

@@ -220,6 +220,7 @@ def check(flight: CrossedFlight, goal_id: str, chosen_s: float, delay_s: float) 
 OFFSETS_S = (-0.2, -0.02, 0.03, 0.1, 0.25, 0.6)
 
 
+@pytest.mark.night_but_first
 @pytest.mark.wide
 @pytest.mark.parametrize("delay_s", [0.1, 0.0, 0.3])
 @pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
@@ -238,6 +239,7 @@ def test_a_pilots_mode_that_our_request_overtakes_is_restored(
         check(flight, goal_id, sent_s + offset_s, delay_s)
 
 
+@pytest.mark.night
 @pytest.mark.wide
 @pytest.mark.parametrize("delay_s", [0.1, 0.3])
 @pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])

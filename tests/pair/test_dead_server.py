@@ -190,6 +190,7 @@ class _Corner:
         return math.hypot(north, east) > 1.0 and 0.5 < math.atan2(east, north) < 1.0
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize("vehicle", COPTERS, ids=IDS)
 def test_velocity_commands_that_stop_with_the_server(vehicle: tuple[str, str]) -> None:
     for moves_s in (4.0, 0.5):

@@ -12,6 +12,7 @@ from tests.support.flights.simulated_flight import SimulatedFlight
 pytestmark = pytest.mark.wide_but_first
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 @pytest.mark.parametrize(
     ("latitude", "longitude"),

@@ -126,6 +126,7 @@ PLANE_FENCES = {
 }  # fmt: skip
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_a_plane_keeps_its_circles_from_the_rim_of_the_fence_and_its_overshoot_from_the_top(
     autopilot: str,

@@ -90,6 +90,7 @@ def test_what_flies_is_rejected(
     assert rejection.code.value == "UNSUPPORTED_VEHICLE"
 
 
+@pytest.mark.night
 def test_a_route_is_driven_without_a_stop(drive: SimulatedFlight) -> None:
     places = [(20.0, 0.0), (20.0, 20.0), (0.0, 20.0)]
     waypoints = tuple(WaypointRequest((*p, 0.0), acceptance_radius_m=3.0) for p in places)
@@ -117,6 +118,7 @@ def test_a_cancel_stops_it(drive: SimulatedFlight) -> None:
     assert drive.truth()[1] < 0.3
 
 
+@pytest.mark.night
 def test_a_pause_stands_and_a_resume_continues(drive: SimulatedFlight) -> None:
     goal_id = drive.send(40.0, 0.0, 0.0)
     drive.run_until(lambda: drive.truth()[1] > 1.5)
@@ -167,6 +169,7 @@ def test_a_dead_bridge_leaves_it_standing(drive: SimulatedFlight) -> None:
     assert math.dist(drive.truth()[0][:2], place[:2]) < 1.0
 
 
+@pytest.mark.night
 def test_a_goal_is_replaced_without_a_stop(drive: SimulatedFlight) -> None:
     old = drive.send(40.0, 0.0, 0.0)
     drive.run_until(lambda: drive.truth()[1] > 1.5)

@@ -75,6 +75,7 @@ def test_a_take_off_counts_from_where_the_vehicle_stands(firmware: str, place: s
     assert end.code.value == "SUCCESS", end.message
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize("firmware", FIRMWARES)
 @pytest.mark.parametrize("place", HOMES)
 def test_a_flight_and_a_route_take_off_from_where_the_vehicle_stands(

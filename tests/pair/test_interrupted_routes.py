@@ -30,6 +30,7 @@ def interrupt(flight: SimulatedFlight, route: WaypointsRequest, at_index: int) -
     return flight.run_to_end(goal_id, 60.0)
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize(
     ("autopilot", "by_mission"),
     [

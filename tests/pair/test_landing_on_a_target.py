@@ -94,6 +94,7 @@ def test_a_target_that_vanishes_is_searched_again_from_the_height_asked_for(
     assert flight.off_m < 0.3
 
 
+@pytest.mark.night_but_first
 @FIRMWARES
 def test_a_target_that_stays_away_ends_as_the_goal_asked(autopilot: str) -> None:
     flight = LandingFlight(autopilot)

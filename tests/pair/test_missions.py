@@ -92,6 +92,7 @@ def test_a_plane_takes_off_flies_its_mission_and_circles_its_end(autopilot: str)
     assert math.dist(flight.truth()[0][:2], places[-1][:2]) < 150.0
 
 
+@pytest.mark.night
 @pytest.mark.wide
 def test_laps_stays_headings_and_speeds_are_items_of_the_mission() -> None:
     flight = flight_of("ardupilot")

@@ -46,6 +46,7 @@ def log(flight: SimulatedFlight) -> str:
     return "\n".join(line.text for line in flight.all(LogLine))
 
 
+@pytest.mark.night_but_first
 @pytest.mark.wide
 @pytest.mark.parametrize(
     ("vehicle", "autopilot"), [("copter", "ardupilot"), ("copter", "px4"), ("rover", "ardupilot")]

@@ -38,6 +38,7 @@ class FollowedFlight(SimulatedFlight):
             self.steps_m.append(math.dist(before, self.frame.base_link[0]))
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 @pytest.mark.parametrize("kind", ["copter", "rover"])
 def test_a_jump_of_the_estimate_is_none_in_odom(autopilot: str, kind: str) -> None:

@@ -105,6 +105,7 @@ def test_an_autopilot_without_timesync_is_known_by_its_acknowledgements(autopilo
     loses_uplink(flight, goal, within_s=4.0)
 
 
+@pytest.mark.night_but_first
 @pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_an_autopilot_without_timesync_is_flown_all_the_same(autopilot: str) -> None:
@@ -138,6 +139,7 @@ def test_a_bad_link_is_not_one_way(autopilot: str, name: str) -> None:
     assert pair.vehicle.timesync.round_trip_s is not None
 
 
+@pytest.mark.night_but_first
 @pytest.mark.wide
 @pytest.mark.parametrize("loss", [0.8, 0.9, 0.95])
 def test_answers_lost_among_much_else_are_not_one_way(loss: float) -> None:

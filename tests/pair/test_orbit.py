@@ -64,6 +64,7 @@ def watch(
     return watched
 
 
+@pytest.mark.night_but_first
 @pytest.mark.wide
 @pytest.mark.parametrize(
     ("vehicle", "autopilot", "share"),
@@ -98,6 +99,7 @@ def test_it_goes_round_on_the_circle_in_its_direction(
     assert laps == sorted(laps)
 
 
+@pytest.mark.night
 @pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_in_a_strong_wind_it_keeps_to_the_circle(autopilot: str) -> None:
@@ -117,6 +119,7 @@ def test_in_a_strong_wind_it_keeps_to_the_circle(autopilot: str) -> None:
     assert np.percentile(errors_m, 95) < 0.03 * 30.0
 
 
+@pytest.mark.night
 @pytest.mark.wide
 @pytest.mark.parametrize(("autopilot", "share"), [("ardupilot", 0.1), ("px4", 0.03)])
 def test_a_plane_goes_round_on_its_own_circle(autopilot: str, share: float) -> None:
@@ -183,6 +186,7 @@ def test_a_speed_that_the_circle_does_not_allow_is_reduced_and_said_so() -> None
     assert fastest_m_s < 2.5 + 1.0
 
 
+@pytest.mark.night
 @pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_it_is_paused_resumed_and_cancelled_like_any_flight(autopilot: str) -> None:

@@ -43,6 +43,7 @@ def course_deg(flight: SteeredFlight) -> float:
     return math.degrees(math.atan2(north, east))
 
 
+@pytest.mark.night
 def test_a_plane_flies_the_course_the_climb_and_the_speed_that_it_is_told() -> None:
     flight = flying()
     goal_id = flight.begin(20.0)
@@ -82,6 +83,7 @@ def test_the_course_is_kept_over_ground_in_wind_from_the_side() -> None:
     assert math.degrees(math.atan2(north_m, east_m)) == pytest.approx(0.0, abs=4.0)
 
 
+@pytest.mark.night
 def test_it_circles_before_the_edge_of_the_volume_and_comes_back() -> None:
     flight = flying(radius_m=RADIUS_M)
     goal_id = flight.begin(20.0)
@@ -96,6 +98,7 @@ def test_it_circles_before_the_edge_of_the_volume_and_comes_back() -> None:
     assert course_deg(flight) == pytest.approx(90.0, abs=2.0)
 
 
+@pytest.mark.night
 def test_when_the_commands_stop_it_circles_and_the_goal_ends() -> None:
     flight = flying(settle_timeout_s=30.0)
     goal_id = flight.begin(20.0)

@@ -77,6 +77,7 @@ def test_the_time_that_is_left_is_told_about_right(flying: SimulatedFlight) -> N
     assert told == pytest.approx(flying.now - at_s, rel=0.5)
 
 
+@pytest.mark.night
 def test_a_route_is_flown_through_and_a_hold_time_is_circled(flying: SimulatedFlight) -> None:
     route = WaypointsRequest(
         (
@@ -99,6 +100,7 @@ def test_a_route_is_flown_through_and_a_hold_time_is_circled(flying: SimulatedFl
     assert _circles(flying, (-100.0, 200.0, 50.0), 20.0)
 
 
+@pytest.mark.night
 def test_a_pause_circles_where_it_is_and_a_resume_continues(flying: SimulatedFlight) -> None:
     goal_id = flying.send(330.0, 0.0, 60.0)
     flying.run_until(lambda: flying.status(goal_id) == "NAVIGATING")
@@ -171,6 +173,7 @@ def test_a_take_off_ends_at_its_height_above_where_it_stood(plane: SimulatedFlig
     assert _circles(plane, (0.0, 0.0, 35.0), 20.0)
 
 
+@pytest.mark.night
 def test_a_dead_bridge_leaves_it_circling_its_target(flying: SimulatedFlight) -> None:
     goal_id = flying.send(300.0, 0.0, 60.0)
     flying.run_until(lambda: flying.status(goal_id) == "NAVIGATING")
@@ -180,6 +183,7 @@ def test_a_dead_bridge_leaves_it_circling_its_target(flying: SimulatedFlight) ->
     assert _circles(flying, (300.0, 0.0, 60.0), 20.0)
 
 
+@pytest.mark.night
 def test_it_returns_and_circles_the_launch_point(flying: SimulatedFlight) -> None:
     flying.run_for(10.0)
     end = flying.run_to_end(flying.start(ReturnRequest()), 180.0)
@@ -187,6 +191,7 @@ def test_it_returns_and_circles_the_launch_point(flying: SimulatedFlight) -> Non
     assert _away_m(flying, (0.0, 0.0, 0.0)) < CIRCLE_M + 20.0
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(
     ("autopilot", "parameters", "circle_m", "return_m"),
     [

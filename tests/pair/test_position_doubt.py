@@ -112,6 +112,7 @@ def test_a_goal_long_after_a_jump_reports_the_jump() -> None:
     assert "The position jumped by 20.0 m" in end.message
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
 def test_a_jump_without_a_word_before_it_is_seen_at_once(autopilot: str) -> None:
     """The estimator's messages may be lost, or not sent at all."""
@@ -163,6 +164,7 @@ def test_no_goal_begins_while_the_position_is_in_doubt(autopilot: str) -> None:
     assert rejection.code in (OutcomeCode.UNHEALTHY, OutcomeCode.NO_POSITION)
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
 @pytest.mark.parametrize("request_", [LandRequest(), ReturnRequest()], ids=["land", "return"])
 def test_a_landing_and_a_return_continue_and_say_it(
@@ -177,6 +179,7 @@ def test_a_landing_and_a_return_continue_and_say_it(
     assert "The position was in doubt" in end.message
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
 def test_a_mission_is_held_and_continues(autopilot: str) -> None:
     flight, goal = under_way(autopilot, far_m=15.0)

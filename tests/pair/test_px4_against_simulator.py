@@ -77,6 +77,7 @@ def height_m(pair: VehiclePair) -> float:
     return -float(pair.simulation.truth.position_ned_m[0][2])
 
 
+@pytest.mark.night
 def test_a_rate_that_the_firmware_does_not_reach_is_asked_for_once() -> None:
     """CURRENT_MODE comes at 2 Hz at most, and MISSION_CURRENT at 1 Hz, whatever is asked for."""
     pair = px4_pair()

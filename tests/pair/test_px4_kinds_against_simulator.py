@@ -62,6 +62,7 @@ def test_a_ground_vehicle_drives_by_velocity_until_the_stream_ends(kind: str) ->
     assert not vehicle.setpoints.is_open
 
 
+@pytest.mark.night
 def test_a_plane_takes_off_and_goes_where_it_is_sent() -> None:
     pair = pair_of("plane")
     vehicle = pair.vehicle

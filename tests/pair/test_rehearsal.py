@@ -113,6 +113,7 @@ def flown_battery(flight: SimulatedFlight) -> float:
     return battery.remaining
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(
     ("autopilot", "kind", "parameters"),
     [

@@ -59,6 +59,7 @@ def test_a_server_that_stays_late_says_so_and_does_not_blame_the_vehicle(late_s:
     assert flight.vehicle.mode_name == "AUTO.LOITER"
 
 
+@pytest.mark.night
 @pytest.mark.wide
 def test_a_server_that_stands_still_again_and_again_comes_to_an_end() -> None:
     """Each gap is long enough to be excused, but not all of them together."""
@@ -69,6 +70,7 @@ def test_a_server_that_stands_still_again_and_again_comes_to_an_end() -> None:
     assert end.code.value in ("SERVER_LATE", "FAILSAFE_OFFBOARD"), end.message
 
 
+@pytest.mark.night
 @pytest.mark.wide
 @pytest.mark.parametrize("stall_s", [1.0, 12.0, 30.0])
 @pytest.mark.parametrize("autopilot", FIRMWARES)
@@ -113,6 +115,7 @@ class StarvedFlight(SimulatedFlight):
         self.simulation.link.read_datagrams = read_some  # type: ignore[method-assign]
 
 
+@pytest.mark.night
 @pytest.mark.wide
 @pytest.mark.parametrize("autopilot", FIRMWARES)
 def test_data_that_is_old_when_it_is_read_slows_and_stops_the_vehicle(autopilot: str) -> None:

@@ -33,6 +33,7 @@ def far_out(autopilot: str, kind: str = "copter", **parameters: object) -> Simul
     return flight
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
 @pytest.mark.parametrize("lost_s", [1.5, 30.0])
 def test_a_return_is_flown_without_a_recent_position(autopilot: str, lost_s: float) -> None:
@@ -53,6 +54,7 @@ def test_a_return_is_flown_without_a_recent_position(autopilot: str, lost_s: flo
     assert max(map(abs, flight.truth()[0][:2])) < 2.0
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
 def test_a_return_that_is_never_located_again_does_not_claim_to_be_home(autopilot: str) -> None:
     flight = far_out(autopilot)

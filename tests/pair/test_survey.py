@@ -17,6 +17,7 @@ BOUNDARY = ((0.0, 5.0), (40.0, 5.0), (45.0, 30.0), (5.0, 35.0))
 LAKE = ((18.0, 15.0), (26.0, 15.0), (26.0, 23.0), (18.0, 23.0))
 
 
+@pytest.mark.night_but_first
 @pytest.mark.wide
 @pytest.mark.parametrize(
     ("vehicle", "autopilot"),
@@ -59,6 +60,7 @@ def test_the_track_covers_the_area_and_leaves_the_hole(vehicle: str, autopilot: 
     assert shapely.distance(shapely.LineString(track), shapely.Polygon(LAKE)) > 1.5 - radius_m / 3.0
 
 
+@pytest.mark.night_but_first
 @pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["ardupilot", pytest.param("px4", marks=pytest.mark.wide)])
 def test_a_copter_keeps_its_height_above_a_hill(autopilot: str) -> None:

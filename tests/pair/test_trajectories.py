@@ -64,6 +64,7 @@ def test_a_trajectory_is_flown_by_its_time_with_little_error(
     assert flight.now - begun_s >= planned.duration_s
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
 def test_a_trajectory_of_the_topic_replaces_the_flown_one_without_a_gap(autopilot: str) -> None:
     flight = TrajectoryFlight(autopilot)
@@ -94,6 +95,7 @@ def test_a_trajectory_of_the_topic_replaces_the_flown_one_without_a_gap(autopilo
     assert not flight.ends(goal_id)
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
 def test_a_stream_that_ends_in_motion_runs_out_to_a_stop(autopilot: str) -> None:
     flight = TrajectoryFlight(autopilot)
@@ -186,6 +188,7 @@ def test_a_trajectory_that_is_too_fast_is_slowed_down_where_that_is_allowed_and_
     assert "times slower" in progress.limited_by
 
 
+@pytest.mark.night_but_first
 @pytest.mark.wide
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
 def test_a_vehicle_stops_on_its_trajectory_before_what_its_sensor_sees(autopilot: str) -> None:

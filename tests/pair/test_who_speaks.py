@@ -76,6 +76,7 @@ def test_nobody_who_speaks_beside_the_vehicle_touches_its_goal(autopilot: str) -
     assert not flight.check(flight.request(0.0, 0.0, 5.0))
 
 
+@pytest.mark.night_but_first
 @pytest.mark.wide
 @pytest.mark.parametrize("system", [0, 1])
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)

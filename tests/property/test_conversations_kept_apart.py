@@ -165,6 +165,7 @@ class Story:
             self.hear(self.say(step.name, **target, **fields))
 
 
+@pytest.mark.night
 @given(STEPS, st.sampled_from([mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_AUTOPILOT_PX4]))
 @settings(max_examples=400)
 def test_answers_to_others_change_nothing(steps: list[Said | str | int], autopilot: int) -> None:

@@ -22,8 +22,14 @@ def test_quick(n): ...
 @pytest.mark.wide_but_first
 def test_first(n): ...
 @FOUR
+@pytest.mark.wide_but_first
+def test_first_too(n): ...
+@FOUR
 @pytest.mark.wide
 def test_wide(n): ...
+@FOUR
+@pytest.mark.wide
+def test_broad(n): ...
 @FOUR
 @pytest.mark.wide
 @pytest.mark.night_but_first
@@ -42,14 +48,15 @@ def test_marks_choose_between_now_by_day_and_by_night(tmp_path: Path) -> None:
     (tmp_path / "test_marked.py").write_text(MARKED, "utf-8")
     (tmp_path / "pytest.ini").write_text("[pytest]", "utf-8")
     assert chosen(tmp_path, "not wide") == {
-        *(f"test_quick[{n}]" for n in range(4)), "test_first[0]",
+        *(f"test_quick[{n}]" for n in range(4)), "test_first[0]", "test_first_too[0]",
     }  # fmt: skip
     assert chosen(tmp_path, "wide and not night") == {
-        "test_first[1]", "test_wide[3]", "test_night_first[0]",
+        "test_first_too[3]", "test_wide[3]", "test_broad[0]", "test_night_first[0]",
         *(f"test_by_day[{n}]" for n in range(4)),
     }  # fmt: skip
     assert chosen(tmp_path, "night") == {
-        *(f"test_first[{n}]" for n in (2, 3)), *(f"test_wide[{n}]" for n in range(3)),
+        *(f"test_first[{n}]" for n in range(1, 4)), *(f"test_first_too[{n}]" for n in (1, 2)),
+        *(f"test_wide[{n}]" for n in range(3)), *(f"test_broad[{n}]" for n in range(1, 4)),
         *(f"test_night_first[{n}]" for n in range(1, 4)), "test_night",
     }  # fmt: skip
 
