@@ -161,12 +161,18 @@ def _an_end_that_is_not_heard(stage: Stage) -> None:
     stage.end(begun_s + 30.0)
 
 
-def _services_that_end_a_goal(stage: Stage) -> None:
-    begun_s = _begin_goal(stage, stage.rng.choice(("navigate", "orbit", "steer", "navigate")))
-    modes = {"ardupilot": "GUIDED", "px4": "OFFBOARD"}
-    service = stage.rng.choice(("hold", "set_mode", "set_mode"))
-    stage.add(begun_s, "serve", service=service, mode=modes[stage.craft.autopilot])
+def _a_hold_that_ends_a_goal(stage: Stage) -> None:
+    begun_s = _begin_goal(stage, stage.rng.choice(("navigate", "orbit", "steer")))
+    stage.add(begun_s, "serve", service="hold", mode="")
     stage.end(begun_s + 20.0)
+
+
+def _a_landing_that_is_disarmed_late(stage: Stage) -> None:
+    stage.craft = replace(stage.craft, autopilot="px4", firmware="")
+    stage.fit(COM_DISARM_LAND=stage.rng.choice((6.0, 12.0)))
+    stage.add(0.0, "takeoff", height=4.0)
+    stage.add(20.0, "land")
+    stage.end(55.0)
 
 
 AIMED: tuple[Situation, ...] = (
@@ -174,6 +180,6 @@ AIMED: tuple[Situation, ...] = (
     *(_a_goal_with_an_old_position, _numbers_that_are_none, _a_wall_and_a_slow_search),
     *(_an_intruder_of_a_return, _a_mark_that_is_lost, _a_mark_that_moves_away),
     *(_a_route_with_a_turn_rate, _a_copter_slower_than_asked),
-    *(_an_end_that_is_not_heard, _services_that_end_a_goal),
+    *(_an_end_that_is_not_heard, _a_hold_that_ends_a_goal, _a_landing_that_is_disarmed_late),
 )
 """They follow those of `more_situations`."""

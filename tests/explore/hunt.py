@@ -30,7 +30,7 @@ from tests.explore.situations import SITUATIONS_FROM, TRAJECTORIES_FROM, situati
 
 BUDGET = 12
 GROUNDS = 160
-_SITUATIONS, _TRAJECTORIES, _MORE = 72, 24, 60
+_SITUATIONS, _TRAJECTORIES, _MORE = 72, 24, 62
 _SHORT_S = 60.0
 _CALM_FROM, _SHARING = 6000, 100
 _GOALS = ("navigate", "route", "takeoff", "land", "go_home")
