@@ -16,7 +16,7 @@ from tests.bench.page import PAGE, goals_in
 from tests.bench.run import COLUMNS
 
 HERE = Path(__file__).resolve().parent
-BY_DAY = ("agents", "goals", "planner", "rehearsal", "telemetry", "tlog", "traffic", "trajectories")
+BY_DAY = ("goals", "planner", "telemetry", "tlog", "traffic")
 # One after the other: they are to measure, and most of them fly in real time.
 pytestmark = [
     pytest.mark.wide,

@@ -267,6 +267,7 @@ def test_tiles_lie_right_far_from_home_too(scene: Scene, name: str, tmp_path: Pa
         tab.close()
 
 
+@pytest.mark.night
 def test_where_the_finest_tiles_have_a_gap_a_coarser_one_is_shown(
     scene: Scene, tmp_path: Path
 ) -> None:

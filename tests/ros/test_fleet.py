@@ -191,4 +191,4 @@ def test_a_server_that_is_stopped_ends_the_goals_of_all_and_then_itself(
     wait_for_results(fleet, records)
     for name, record in records.items():
         assert record.result.message.startswith("SHUTTING_DOWN"), (name, record.result.message)
-    assert fleet.server.wait(30.0) == 0
+    assert fleet.server.wait(30.0) == 0, fleet.server.text[-3000:]

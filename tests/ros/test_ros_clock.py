@@ -148,6 +148,7 @@ def test_servers_without_a_ros_clock_keep_apart_also_when_it_is_set_back_and_for
     second.wait_for('"SUCCESS"', FLIGHT_TIMEOUT_S)
 
 
+@pytest.mark.night
 def test_servers_whose_wall_clock_is_set_in_flight_keep_apart(
     servers: TwoServers,
 ) -> None:

@@ -59,6 +59,7 @@ def test_every_set_up_is_what_ros_declares() -> None:
             rclpy.try_shutdown(context=context)
 
 
+@pytest.mark.night
 def test_a_vehicle_of_each_kind_is_checked_with_its_set_up() -> None:
     cases = [
         ("simulated/ardupilot_copter", "udpin", "udpout", free_udp_port()),

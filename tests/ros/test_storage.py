@@ -148,6 +148,7 @@ def test_parameters_are_listed_with_progress_and_loaded(flight: Flight) -> None:
     assert answer.new_value == values["WPNAV_SPEED"]
 
 
+@pytest.mark.night
 def test_the_commands_of_the_client(flight: Flight, tmp_path: Path) -> None:
     plan = tmp_path / "area.plan"
     area = square()

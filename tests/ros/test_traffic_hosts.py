@@ -84,6 +84,7 @@ def servers() -> Iterator[TwoServers]:
         network.close()
 
 
+@pytest.mark.night
 def test_who_would_stand_on_another_waits_until_the_network_is_back_and_it_has_left(
     servers: TwoServers,
 ) -> None:

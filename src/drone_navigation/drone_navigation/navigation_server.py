@@ -174,9 +174,10 @@ def _run(
             logger.fatal(f"{error} The vehicle's own failsafe decides what it does.")
             return EXIT_HUNG
         _log_trace(server.node, trace, ended=True)
-        if second:
-            return EXIT_USAGE
-        return EXIT_FAILED if gave_up else EXIT_OK
+        code = EXIT_USAGE if second else EXIT_FAILED if gave_up else EXIT_OK
+        # To destroy the nodes of several vehicles takes a busy machine seconds.
+        signals.close(code)
+        return code
 
 
 def _watch(server: ManagedServer, signals: StopSignals, trace: LatenessTrace | None) -> str:

@@ -61,13 +61,20 @@ class StopSignals:
         os.write(self._write, bytes([_BY_ITSELF]))
         self._requested.wait(STOP_LIMIT_S)
 
+    def close(self, exit_code: int) -> None:
+        """Let the process end with a code, whatever is left of the middleware to be destroyed.
+
+        To be called once the program has closed all that is its own.
+        """
+        self._exit_code = exit_code
+
     def finish(self, exit_code: int) -> None:
         """End the process with a code once the program has returned.
 
         The interpreter's own end is left out: it stops the thread of this class first, and then
         runs the destructors of the middleware, which may take seconds on a busy machine.
         """
-        self._exit_code = exit_code
+        self.close(exit_code)
         atexit.register(leave, exit_code)
 
     def _watch(self) -> None:
