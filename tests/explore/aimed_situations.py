@@ -1,7 +1,7 @@
 """Situations aimed at checks that others stand behind, so that a defect of one alone shows.
 
-Two or three things coincide in each that a drawn scenario has on different days: what was planted
-in the product, and was not found, is where they come from (docs/explore_mutants.md).
+In each, two or three events coincide that seldom do in a drawn scenario. They were written for
+planted defects that nothing had found (docs/explore_mutants.md).
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from tests.explore.scenario import Post
 from tests.explore.situations import Situation, Stage
 
 _GOALS = ("navigate", "mission", "takeoff", "land", "go_home", "orbit", "steer")
@@ -90,11 +89,7 @@ def _numbers_that_are_none(stage: Stage) -> None:
 def _a_wall_and_a_slow_search(stage: Stage) -> None:
     stage.craft = replace(stage.craft, search_s=stage.rng.choice((0.0, 1.5)))
     east, north, up = stage.away(60.0, 6.0)
-    along, across = (east / 60.0, north / 60.0), (-north / 60.0, east / 60.0)
-    half = stage.rng.choice((2, 4))
-    for i in range(-half, half + 1):
-        at = [30.0 * a + 2.2 * i * b for a, b in zip(along, across, strict=True)]
-        stage.posts.append(Post((round(at[0], 1), round(at[1], 1)), 1.2, 20.0))
+    stage.wall((east / 60.0, north / 60.0), 30.0, stage.rng.choice((2, 4)))
     speed = stage.rng.choice((3.0, 6.0))
     stage.add(0.0, "navigate", place=[east, north, up], avoid=True, speed=speed)
 
@@ -150,7 +145,7 @@ def _a_copter_slower_than_asked(stage: Stage) -> None:
 
 
 def _an_end_that_is_not_heard(stage: Stage) -> None:
-    """What the server sends is lost for a moment, just as it lets the vehicle go."""
+    """The server's frames are lost for 0.75 s while it hands the vehicle over to its hold mode."""
     stage.craft = replace(stage.craft, autopilot="px4", firmware="")
     stage.add(0.0, "navigate", place=stage.away(60.0), speed=2.0)
     begun_s = stage.soon()

@@ -81,11 +81,8 @@ def _commands_that_cease(stage: Stage) -> None:
 def _commands_towards_posts(stage: Stage) -> None:
     _become(stage, "copter", "copter", "rover")
     course = _course_rad(stage)
-    along, across = (math.cos(course), math.sin(course)), (-math.sin(course), math.cos(course))
-    away_m = stage.rng.choice((12.0, 20.0, 35.0))
-    for i in range(-4, 5):
-        at = [away_m * a + 2.2 * i * b for a, b in zip(along, across, strict=True)]
-        stage.posts.append(Post((round(at[0], 1), round(at[1], 1)), 1.0, 20.0))
+    along = (math.cos(course), math.sin(course))
+    stage.wall(along, stage.rng.choice((12.0, 20.0, 35.0)), 4, radius_m=1.0)
     begun_s = 16.0
     if stage.craft.kind == "copter":
         stage.add(0.0, "takeoff", height=4.0)

@@ -76,6 +76,16 @@ class Stage:
         east_m, north_m = distance_m * math.cos(angle), distance_m * math.sin(angle)
         return [round(east_m, 1), round(north_m, 1), height_m]
 
+    def wall(
+        self, along: tuple[float, float], away_m: float, half: int, radius_m: float = 1.2
+    ) -> None:
+        """Let posts stand across a direction from home, that many on both sides of a middle one."""
+        for i in range(-half, half + 1):
+            at = [
+                away_m * a + 2.2 * i * b for a, b in zip(along, (-along[1], along[0]), strict=True)
+            ]
+            self.posts.append(Post((round(at[0], 1), round(at[1], 1)), radius_m, 20.0))
+
     def soon(self) -> float:
         """A time at which a copter is on its way to what is far."""
         return self.rng.uniform(11.0, 17.0)
@@ -169,10 +179,7 @@ def _a_wood(stage: Stage) -> None:
 
 def _a_wall_across_the_line(stage: Stage) -> None:
     east, north, up = stage.away(50.0)  # so low, a scanner that is tilted sees the ground
-    along, across = (east / 50.0, north / 50.0), (-north / 50.0, east / 50.0)
-    for i in range(-6, 7):
-        at = [25.0 * a + 2.2 * i * b for a, b in zip(along, across, strict=True)]
-        stage.posts.append(Post((round(at[0], 1), round(at[1], 1)), 1.2, 20.0))
+    stage.wall((east / 50.0, north / 50.0), 25.0, 6)
     stage.add(0.0, "navigate", place=[east, north, up], avoid=True, speed=6.0)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 
 import pytest
@@ -105,6 +106,9 @@ def test_a_trajectory_is_flown_replaced_and_rejected_with_a_code(flight: Flight)
     assert "ended in motion" in ended.message
 
 
+_LATE_OR_NOT = r"(Setpoints were up to \d+\.\d\d s late\.)?"
+
+
 def placed(frame_id: str, x: float, y: float, yaw_rad: float) -> TFMessage:
     """Return the pose of a frame in the map."""
     transform = TransformStamped(child_frame_id=frame_id)
@@ -154,8 +158,8 @@ def test_a_trajectory_in_a_frame_of_tf_is_flown_unless_the_frame_is_missing_or_m
         here.y + _RADIUS_M * (math.cos(angle) - 1.0),
     )
     assert math.dist((flown.x, flown.y), end) < 1.2
-    limits = record.feedback[-1].limited_by
-    assert not limits or "late" in limits  # as a busy machine is
+    # On a busy machine setpoints are late, which is another matter.
+    assert re.fullmatch(_LATE_OR_NOT, record.feedback[-1].limited_by)
 
     publisher = flight.advertise(MultiDOFJointTrajectory, f"{SERVER_NODE_NAME}/cmd_trajectory", 1)
     flight.wait(lambda: publisher.get_subscription_count() > 0, 5.0, "the server")

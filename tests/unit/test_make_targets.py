@@ -30,7 +30,7 @@ LIMITS_S = {"wheels": 2000.0}
 pytestmark = [pytest.mark.wide, pytest.mark.by_day, pytest.mark.timeout(900)]
 
 AT_NIGHT = ("wheels", "test-night", "demo-video", "shape", "demo-nav2", "demo-fleet")
-"""Those that keep the processors busy for a minute or more: wheels are built for each Python"""
+"""Those that take a minute or more: wheels are built for each Python, and Nav2's client is slow"""
 
 WHOLE = {
     "help": (),
@@ -189,7 +189,6 @@ def started(copy: Path, request: pytest.FixtureRequest) -> Iterator[subprocess.P
 
 @pytest.mark.parametrize(
     ("started", "target"),
-    # It waits a minute for the client of Nav2.
     [pytest.param(t, t, marks=[pytest.mark.night] * (t in AT_NIGHT)) for t in INTERRUPTED],
     indirect=["started"],
 )
