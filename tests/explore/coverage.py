@@ -32,16 +32,20 @@ from tests.explore.situations import SITUATIONS_FROM, TRAJECTORIES_FROM
 OUT = Path("out/explore")
 _HERE = Path(__file__).parent
 _SOURCES = (*("src/" + name for name in PRODUCT), "sitl/mavlink_sitl")
-_SCRIPTS = (
-    "exploration.py",
-    "sizes.py",
-    "generate.py",
-    "happenings.py",
-    "log.py",
-    "more_situations.py",
-    "run.py",
-    "scenario.py",
-    "situations.py",
+_BESIDE_FLIGHTS = (
+    "boxes.py",
+    "coverage.py",
+    "defects.py",
+    "hunt.py",
+    "mutants.py",
+    "mutation_tool.py",
+    "picture.py",
+    "planting.py",
+    "shrink.py",
+    "test_boxes.py",
+    "test_explore.py",
+    "test_transitions.py",
+    "transitions.py",
 )
 _MARKS = "__reached__"
 # Every kind of seed takes its turn: shared traffic, situations, more of them, liars, sequences that
@@ -228,8 +232,13 @@ def modules() -> list[str]:
 # --- the map ---------------------------------------------------------------------------------
 
 
-def reach(seeds: Iterable[int]) -> dict[int, Reached]:
-    """Return what seeds reach: from the map of these sources, or by flying them."""
+def reach(seeds: Iterable[int], jobs: int = 1) -> dict[int, Reached]:
+    """Return what seeds reach: from the map of these sources, or by flying them.
+
+    Args:
+        seeds: their numbers.
+        jobs: processes that fly.
+    """
     path = OUT / f"reached_{sources_version()}.json"
     known = _load(path)
     missing = [seed for seed in seeds if seed not in known]
@@ -237,7 +246,7 @@ def reach(seeds: Iterable[int]) -> dict[int, Reached]:
         import_what_stays()
         OUT.mkdir(parents=True, exist_ok=True)
         context = multiprocessing.get_context("fork")
-        with ProcessPoolExecutor(1, mp_context=context) as executor:
+        with ProcessPoolExecutor(jobs, mp_context=context) as executor:
             for reached in executor.map(_fly_marked, missing):
                 known[reached.seed] = reached
                 _progress(reached, len(missing))
@@ -280,7 +289,8 @@ def sources_version() -> str:
     root = _HERE.parents[1]
     paths = [path for source in _SOURCES for path in (root / source).rglob("*.py")]
     digest = hashlib.sha256()
-    for path in sorted({*paths, *(_HERE / name for name in _SCRIPTS)}):
+    scripts = [path for path in _HERE.glob("*.py") if path.name not in _BESIDE_FLIGHTS]
+    for path in sorted([*paths, *scripts]):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
 

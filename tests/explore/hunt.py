@@ -17,7 +17,8 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cache
 from itertools import chain, zip_longest
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import ForkProcess
 from pathlib import Path
 from types import CodeType
 
@@ -181,9 +182,9 @@ def _coincidences(scenario: Scenario) -> set[tuple[str, ...]]:
     return found
 
 
-def sound_flights(count: int = GROUNDS) -> dict[int, Reached]:
+def sound_flights(count: int = GROUNDS, jobs: int = 1) -> dict[int, Reached]:
     """Return the flights of the sound sources that defects are hunted with."""
-    return {seed: r for seed, r in reach(grounds(count)).items() if not r.violations}
+    return {seed: r for seed, r in reach(grounds(count), jobs).items() if not r.violations}
 
 
 def reaching(defect: Defect, flights: Mapping[int, Reached], count: int) -> list[Reached]:
@@ -245,25 +246,51 @@ def function_about(source: str, line: int) -> tuple[int, int]:
 
 
 def hunt(
-    defects: Iterable[Defect], flights: Mapping[int, Reached], budget: int = BUDGET
+    defects: Iterable[Defect],
+    flights: Mapping[int, Reached],
+    budget: int = BUDGET,
+    jobs: int = 1,
 ) -> Iterator[Verdict]:
-    """Hunt them one after another."""
+    """Hunt them, each in a process of its own; yield the verdicts as they come.
+
+    Args:
+        defects: what is planted, one at a time.
+        flights: of the sound sources.
+        budget: seeds that each is hunted with.
+        jobs: processes at once.
+    """
     import_what_stays()
     context = multiprocessing.get_context("fork")
+    hunting: dict[Connection, ForkProcess] = {}
     for defect in defects:
         seeds = reaching(defect, flights, budget)
         if not seeds:
             yield Verdict(defect.name, defect.module, Fate.UNREACHED)
             continue
+        if len(hunting) == jobs:
+            yield _next_verdict(hunting)
         ours, theirs = context.Pipe(duplex=False)
         process = context.Process(target=_hunt_one, args=(defect, seeds, theirs))
         process.start()
         theirs.close()
-        try:
-            yield ours.recv()
-        finally:
-            process.join()
-            ours.close()
+        hunting[ours] = process
+    while hunting:
+        yield _next_verdict(hunting)
+
+
+def _next_verdict(hunting: dict[Connection, ForkProcess]) -> Verdict:
+    """Wait for the first that ends.
+
+    Raises:
+        EOFError: its process ended without a verdict.
+    """
+    pipe = next(p for p in wait(list(hunting)) if isinstance(p, Connection))
+    try:
+        verdict: Verdict = pipe.recv()
+        return verdict
+    finally:
+        hunting.pop(pipe).join()
+        pipe.close()
 
 
 class _TooLongError(BaseException):

@@ -29,6 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("names", nargs="*", help="which (default: all written by hand)")
     parser.add_argument("--budget", type=int, default=BUDGET, help="seeds that each is hunted with")
     parser.add_argument("--map", type=int, default=GROUNDS, help="seeds to choose these from")
+    parser.add_argument("--jobs", type=int, default=1, help="processes at once")
     parser.add_argument("--tool", type=int, metavar="N", help="hunt N mutants of the tool instead")
     together_help = "plant those that mask each other, all at once"
     parser.add_argument("--together", action="store_true", help=together_help)
@@ -53,7 +54,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         again = {Fate[name] for name in options.again}
         made = [m for m in made if m.name not in done or done[m.name].fate in again]
     verdicts = []
-    for verdict in hunt(made, sound_flights(options.map), options.budget):
+    flights = sound_flights(options.map, options.jobs)
+    for verdict in hunt(made, flights, options.budget, options.jobs):
         verdicts.append(verdict)
         print(_line(verdict), flush=True)
         path.parent.mkdir(parents=True, exist_ok=True)
