@@ -105,9 +105,12 @@ class ManagedServer:
 
     @property
     def running(self) -> bool:
-        """False once the driver thread has failed."""
-        server = self._server
-        return server is None or server.running
+        """False once the driver thread has failed.
+
+        The answer waits for the end of a transition, in which the thread may not run yet.
+        """
+        with self._lock:
+            return self._server is None or self._server.running
 
     def stop(self) -> None:
         """Stop the vehicles, end their goals and close everything, in bounded time.
