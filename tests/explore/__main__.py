@@ -18,7 +18,7 @@ from pathlib import Path
 from navigation_bridge.goals.goal import Annotation, GoalFeedback
 from tests.explore.check import Checker
 from tests.explore.course import SETPOINTS
-from tests.explore.explorer import Flown, explore, explore_scenario
+from tests.explore.explorer import Flown, collect_seldom, explore, explore_scenario
 from tests.explore.generate import SHARING_FROM, scenario_of
 from tests.explore.log import Entry, Log
 from tests.explore.more_situations import MORE_SITUATIONS_FROM
@@ -179,7 +179,9 @@ def _executor(options: argparse.Namespace) -> Iterator[Executor]:
     """Give where scenarios are flown: processes of this machine, or a Dask cluster."""
     if options.dask is None:
         context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(options.workers, mp_context=context) as pool:
+        with ProcessPoolExecutor(
+            options.workers, mp_context=context, initializer=collect_seldom
+        ) as pool:
             yield pool
         return
     distributed = import_module("distributed")
