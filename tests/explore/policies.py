@@ -80,6 +80,8 @@ _FORGOTTEN_S = 45.0
 _LANDS_S = 4.0
 _CONTROL = {"ardupilot": "GUIDED", "px4": "OFFBOARD"}
 _END = output(GoalFinished)
+# A setpoint that is slower leads nowhere.
+_STANDS_M_S = 0.02
 _FEEDBACK = output(GoalFeedback)
 _SETPOINTS = sent(*SETPOINTS)
 # The sensors of all vehicles see farther than this.
@@ -218,6 +220,26 @@ def a_cancel_ends_the_goal(view: View, goal_id: str, begun_s: float, now_s: floa
 def a_shut_down_ends_the_goal(view: View, goal_id: str, begun_s: float, now_s: float) -> bool:
     """A server that is asked to end ends its goal first."""
     return a_goal_ends(view, goal_id, begun_s, now_s) or _troubled_since(view, begun_s)
+
+
+def _ends_in_control(entry: Entry, view: View) -> str | None:
+    if not isinstance(entry.value, GoalFinished) or not view.truth.armed:
+        return None
+    in_control = view.truth.mode == _CONTROL[view.craft.autopilot]
+    return entry.value.goal_id if in_control else None
+
+
+@within(lambda view: 0.2, _ends_in_control, "ArduCopter GUID_TIMEOUT, PX4 COM_OF_LOSS_T")
+def nothing_is_left_with_a_velocity(view: View, goal_id: str, begun_s: float, now_s: float) -> bool:
+    """The last setpoint of a goal that ends has no velocity, which would be followed on."""
+    disturbed = view.taken_s > begun_s - 3.0 or view.stalled_until_s > begun_s - 1.0
+    message, goal = view.setpoint, view.goals.get(goal_id)
+    if disturbed or view.active is not None or message is None or goal is None:
+        return True
+    if view.setpoint_s < goal.accepted_s or view.setpoint_s < begun_s - 3.0:
+        return True
+    ignored = message.type_mask & mavlink.POSITION_TARGET_TYPEMASK_VX_IGNORE
+    return bool(ignored) or math.hypot(message.vx, message.vy, message.vz) < _STANDS_M_S
 
 
 @always(of_kind("asked"), OURS)
@@ -2031,7 +2053,7 @@ ON_TRIAL = frozenset(
         *("passed_waypoints_were_passed", "moving_without_commands"),
         *("a_plane_gone_without_commands", "the_fence_left"),
         *("an_intruder_too_near", "a_goal_accepted_on_an_old_position", "a_restart_is_named"),
-        "a_path_is_changed_for_what_is_seen",
+        *("a_path_is_changed_for_what_is_seen", "nothing_is_left_with_a_velocity"),
         *("a_return_after_a_goal", "arrived_is_within_the_radius"),
     }
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from mavlink_sitl import VehicleConfig
 from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.requests import LandRequest, Request, ReturnRequest, TakeoffRequest
 from tests.support.flights.simulated_flight import SimulatedFlight
@@ -218,6 +219,19 @@ def test_hold_ends_the_goal_and_stops_the_vehicle(flight: SimulatedFlight) -> No
     assert end.code.value == "PREEMPTED"
     flight.run_for(5.0)
     assert flight.truth()[1] < 0.3
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+def test_the_last_setpoint_before_a_hold_stops_the_vehicle(autopilot: str) -> None:
+    """The command to hold may be lost; the vehicle would follow a velocity until it is repeated."""
+    vehicle = VehicleConfig(autopilot=autopilot, ready_after_s=1.0)
+    flight = SimulatedFlight(simulated=vehicle).ready()
+    flight.fly_up()
+    flight.send(40.0, 0.0, 3.0)
+    flight.run_until(lambda: flight.truth()[1] > 2.0)
+    assert flight.serve(Service.HOLD).success
+    *_, last = (m for _, m in flight.sent if m.get_type() == "SET_POSITION_TARGET_LOCAL_NED")
+    assert (last.vx, last.vy, last.vz) == (0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("service", [Service.ARM, Service.DISARM])

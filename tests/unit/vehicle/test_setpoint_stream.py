@@ -51,6 +51,41 @@ def test_a_closed_stream_takes_nothing() -> None:
         offer(stream, SetpointNed(position_ned_m=HERE))
 
 
+STOP = SetpointNed(velocity_ned_m_s=(1e-3, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("offered", "stops"),
+    [
+        ([STOP], True),
+        ([SetpointNed(velocity_ned_m_s=HERE), STOP], True),
+        ([STOP, SetpointNed(velocity_ned_m_s=HERE)], False),
+        ([SetpointNed(position_ned_m=HERE)], False),
+        ([SetpointNed(position_ned_m=HERE, velocity_ned_m_s=(0.0, 0.0, 0.0))], False),
+        ([], False),
+    ],
+)
+def test_a_stop_is_still_sent_by_a_stream_that_ends(
+    offered: list[SetpointNed], stops: bool
+) -> None:
+    stream = open_stream()
+    for setpoint in offered:
+        offer(stream, setpoint)
+    stream.end()
+    with pytest.raises(SetpointError, match="closed"):
+        offer(stream, STOP)
+    sent = stream.messages_to_send()
+    assert [message.vx for message in sent] == pytest.approx([1e-3] * stops)
+
+
+def test_nothing_is_sent_by_a_stream_that_is_closed_after_its_end() -> None:
+    stream = open_stream()
+    offer(stream, STOP)
+    stream.end()
+    stream.close()
+    assert not stream.messages_to_send()
+
+
 @pytest.mark.parametrize(
     ("setpoint", "mask"),
     [

@@ -74,7 +74,7 @@ class ServiceRequests:
                 )
                 self._report.served(number, False, text)
                 return
-        vehicle.setpoints.close()
+        vehicle.setpoints.end()
         self.wait_for(number, vehicle.change_mode(name, now))
 
     def wait_for(self, number: int, operation_id: int) -> None:

@@ -31,7 +31,7 @@ def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now:
     kind = intent.kind
     needs_stream = profile is not None and profile.setpoints.prestream_s > 0.0
     if not needs_stream or kind not in STREAMED:
-        vehicle.setpoints.close()
+        vehicle.setpoints.end()
     elif kind is TaskOperation.TAKE_CONTROL and not vehicle.setpoints.is_open:
         vehicle.setpoints.open(now)
     if kind is TaskOperation.TAKE_OFF and intent.height_m is not None:
@@ -71,7 +71,7 @@ def begin_upload(
     rules = None if profile is None else profile.missions
     if profile is None or rules is None:
         raise ValueError("This vehicle flies no missions.")
-    vehicle.setpoints.close()
+    vehicle.setpoints.end()
     items = plan_items(plan, profile, rules, map_frame, vehicle.state)
     operation_id = vehicle.missions.upload([planned.item for planned in items], now)
     return operation_id, MissionTracker(items, rules)

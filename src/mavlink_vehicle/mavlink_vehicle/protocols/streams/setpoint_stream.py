@@ -46,6 +46,8 @@ MAX_GAP_S = 0.5
 
 # PX4 takes the stream for lost after COM_OF_LOSS_T (1 s); the link's jitter comes on top.
 STREAM_GAP_S = 0.8
+# A setpoint that is slower stops the vehicle; a rover's stop has a direction.
+_STOP_M_S = 0.01
 # A setpoint stream that ended longer ago belonged to another flight.
 _STREAM_OVER_S = 10.0
 
@@ -160,6 +162,13 @@ def legal_setpoint(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
     return setpoint if sent == given else setpoint.reduced_to(form)
 
 
+def _stops(setpoint: SetpointNed) -> bool:
+    """Whether it stops a vehicle wherever that is."""
+    velocity = setpoint.velocity_ned_m_s
+    leads = setpoint.position_ned_m or setpoint.acceleration_ned_m_s2 or setpoint.drive_frd_m_s
+    return velocity is not None and not leads and math.hypot(*velocity) < _STOP_M_S
+
+
 def _legal_drive(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
     if not profile.setpoints.drives_by_turn_rate:
         raise SetpointError(f"{profile.name} does not follow a speed with a turn rate.")
@@ -230,6 +239,7 @@ class StreamInput(enum.Enum):
 
     OPEN = "open"
     CLOSE = "close"
+    END = "end"
 
 
 @dataclass
@@ -264,6 +274,7 @@ class SetpointStream(Machine[VehicleEvent], VehicleService):
         self.is_open = False
         self.statistics = StreamStatistics()
         self._running_since_s = math.inf
+        self._stop_waits = False
 
     def steady_from_s(self, duration_s: float, now: float) -> float:
         """Return when it will have run for `duration_s` without a pause; infinity if it doesn't."""
@@ -279,6 +290,14 @@ class SetpointStream(Machine[VehicleEvent], VehicleService):
     def close(self) -> None:
         """Forbid setpoints, also those that wait in the outbox."""
         self._fire(StreamInput.CLOSE, 0.0)
+
+    def end(self) -> None:
+        """Forbid further setpoints for an operation of ours; a stop that waits is still sent.
+
+        Without it a vehicle that does not receive the operation's command would follow its last
+        velocity for seconds (ArduCopter: GUID_TIMEOUT).
+        """
+        self._fire(StreamInput.END, 0.0)
 
     def close_for(self, reason: str) -> None:
         """Forbid setpoints, as the vehicle no longer follows ours; reported if it was open."""
@@ -308,6 +327,7 @@ class SetpointStream(Machine[VehicleEvent], VehicleService):
             raise SetpointError("The setpoint stream is closed; open it before sending.")
         reduced = legal_setpoint(setpoint, profile)
         self.outbox.append(setpoint_message(reduced, address, time_boot_ms))
+        self._stop_waits = _stops(reduced)
         statistics = self.statistics
         if statistics.last_sent_s is None or now - statistics.last_sent_s > MAX_GAP_S:
             self._running_since_s = now
@@ -324,11 +344,17 @@ class SetpointStream(Machine[VehicleEvent], VehicleService):
         self.is_open = False
         self.outbox.clear()
 
+    def _finish(self, now: float) -> None:
+        self.is_open = False
+        del self.outbox[: -1 if self._stop_waits else None]
+
     table: ClassVar[Table] = {
         (StreamState.CLOSED, StreamInput.OPEN): (StreamState.OPEN, _allow),
         (StreamState.OPEN, StreamInput.OPEN): (StreamState.OPEN, None),
         (StreamState.OPEN, StreamInput.CLOSE): (StreamState.CLOSED, _forbid),
-        (StreamState.CLOSED, StreamInput.CLOSE): (StreamState.CLOSED, None),
+        (StreamState.OPEN, StreamInput.END): (StreamState.CLOSED, _finish),
+        (StreamState.CLOSED, StreamInput.CLOSE): (StreamState.CLOSED, _forbid),
+        (StreamState.CLOSED, StreamInput.END): (StreamState.CLOSED, None),
     }
 
 
