@@ -190,24 +190,37 @@ def sound_flights(count: int = GROUNDS, jobs: int = 1) -> dict[int, Reached]:
 def reaching(defect: Defect, flights: Mapping[int, Reached], count: int) -> list[Reached]:
     """Return the flights that execute a defect, in the order in which they are worth flying.
 
-    The next is always the one that executes most of the function about the defect that those
-    before did not, for its price: what a defect leads to shows where that function ends otherwise.
+    Situations and drawn seeds take turns: neither shows what the other does.
     """
     sound = source_of(defect.module)
     line = statement_lines(sound)[defect.line]
     left = [f for f in flights.values() if defect.module in f.lines]
     if line:
         left = [f for f in left if line in f.lines[defect.module]]
-    first, last = function_about(sound, defect.line)
-    found: list[Reached] = []
+    function = function_about(sound, defect.line)
+    situations = [f for f in left if f.seed >= SITUATIONS_FROM]
+    drawn = [f for f in left if f.seed < SITUATIONS_FROM]
+    turns = zip_longest(*(_ordered(f, defect.module, function, count) for f in (situations, drawn)))
+    return [flight for flight in chain(*turns) if flight is not None][:count]
+
+
+def _ordered(
+    flights: Iterable[Reached], module: str, function: tuple[int, int], count: int
+) -> list[Reached]:
+    """Order flights by their worth.
+
+    The next is always the one that executes most of the function about the defect that those
+    before did not, for its price: what a defect leads to shows where that function ends otherwise.
+    """
+    left, found = list(flights), list[Reached]()
     seen: set[tuple[int, str]] = set()
     while left and len(found) < count:
-        worth = {f: _worth(f, defect.module, first, last, seen) for f in left}
+        worth = {f: _worth(f, module, *function, seen) for f in left}
         best = max(left, key=lambda f: worth[f])
         if worth[best] < _LITTLE and seen:
             seen = set()  # once more, with the others
             continue
-        seen |= _seen(best, defect.module)
+        seen |= _seen(best, module)
         left.remove(best)
         found.append(best)
     return found
