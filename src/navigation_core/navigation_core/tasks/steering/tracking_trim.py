@@ -4,11 +4,14 @@ A vehicle follows its setpoint late, and goes round outside of a turn: the integ
 autopilot turns with it and comes late. So what is sent is ahead of the trajectory, and moved by a
 share of the error of position and velocity, and by the integral of the error along and across the
 motion. The gains and times were found on the simulated ArduCopter and PX4.
+
+What is sent beside the trajectory comes and goes gradually: a vehicle that is to stop does so on
+the trajectory, and must not be led to it by a jump.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from navigation_core.geometry import (
     ZERO,
@@ -20,6 +23,7 @@ from navigation_core.geometry import (
     scale,
     subtract,
 )
+from navigation_core.limits import Limits
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.carrot import Carrot
 
@@ -35,23 +39,70 @@ _POSITION_SHARE, _VELOCITY_SHARE, _INTEGRAL_1_S = 1.0, 1.0, 0.3
 _ERROR_MAX_M, _INTEGRAL_MAX_M = 1.0, 1.0
 # Slower than this a motion has no axes.
 _MOVES_M_S = 0.5
+# How fast the position is moved; velocity and acceleration change by the vehicle's own limits.
+_MOVED_M_S = 2.0
+
+
+@dataclass(frozen=True)
+class _Beside:
+    """What is sent beside the trajectory."""
+
+    position_enu_m: Vector3 = ZERO
+    velocity_enu_m_s: Vector3 = ZERO
+    acceleration_enu_m_s2: Vector3 = ZERO
 
 
 class TrackingTrim:
     """Trims the setpoints of one flight."""
 
-    def __init__(self) -> None:
-        """Begin without an error."""
+    def __init__(self, limits: Limits) -> None:
+        """Begin without an error; ``limits`` are those of the flight."""
+        self._limits = limits
         self._along_left_up: Vector3 = ZERO
+        self._beside = _Beside()
 
-    def trimmed(self, carrot: Carrot, here: KinematicState, dt_s: float) -> Setpoint:
+    def restart(self) -> None:
+        """Begin on the trajectory again: what was sent before is past."""
+        self._beside = _Beside()
+
+    def trimmed(self, carrot: Carrot, here: KinematicState, dt_s: float, stops: bool) -> Setpoint:
         """Return the setpoint to send.
 
         Args:
             carrot: where the trajectory is now.
             here: the measured state.
             dt_s: time since the last setpoint.
+            stops: whether the vehicle is to stop, on the trajectory itself.
         """
+        state = carrot.state
+        wanted = carrot.setpoint if stops else self._wanted(carrot, here, dt_s)
+        before, limits = self._beside, self._limits
+        now = self._beside = _Beside(
+            _towards(
+                before.position_enu_m,
+                subtract(wanted.position_enu_m, state.position_enu_m),
+                _MOVED_M_S * dt_s,
+            ),
+            _towards(
+                before.velocity_enu_m_s,
+                subtract(wanted.velocity_enu_m_s, state.velocity_enu_m_s),
+                limits.acceleration_horizontal_m_s2 * dt_s,
+            ),
+            _towards(
+                before.acceleration_enu_m_s2,
+                subtract(wanted.acceleration_enu_m_s2, state.acceleration_enu_m_s2),
+                limits.jerk_m_s3 * dt_s,
+            ),
+        )
+        return replace(
+            wanted,
+            position_enu_m=add(state.position_enu_m, now.position_enu_m),
+            velocity_enu_m_s=add(state.velocity_enu_m_s, now.velocity_enu_m_s),
+            acceleration_enu_m_s2=add(state.acceleration_enu_m_s2, now.acceleration_enu_m_s2),
+        )
+
+    def _wanted(self, carrot: Carrot, here: KinematicState, dt_s: float) -> Setpoint:
+        """Return the setpoint that makes a vehicle that is here fly the trajectory."""
         state, velocity = carrot.state, carrot.state.velocity_enu_m_s
         measured_there = subtract(state.position_enu_m, scale(velocity, _MEASURED_S))
         error = subtract(measured_there, here.position_enu_m)
@@ -62,12 +113,11 @@ class TrackingTrim:
             self._integral(error, velocity, dt_s),
         )
         ahead, leaning = carrot.ahead(_AHEAD_S)[1], carrot.ahead(_LEAN_S)[1]
+        faster = scale(limit_norm(lacking, _ERROR_MAX_M), _VELOCITY_SHARE)
         return replace(
             carrot.setpoint,
             position_enu_m=add(ahead.position_enu_m, moved),
-            velocity_enu_m_s=add(
-                ahead.velocity_enu_m_s, scale(limit_norm(lacking, _ERROR_MAX_M), _VELOCITY_SHARE)
-            ),
+            velocity_enu_m_s=add(ahead.velocity_enu_m_s, faster),
             acceleration_enu_m_s2=leaning.acceleration_enu_m_s2,
         )
 
@@ -83,3 +133,7 @@ class TrackingTrim:
             add(self._along_left_up, scale(gained, _INTEGRAL_1_S * dt_s)), _INTEGRAL_MAX_M
         )
         return (along * cosine - left * sine, along * sine + left * cosine, up)
+
+
+def _towards(a: Vector3, b: Vector3, step_max: float) -> Vector3:
+    return add(a, limit_norm(subtract(b, a), step_max))

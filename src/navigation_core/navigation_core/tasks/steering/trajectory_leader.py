@@ -94,7 +94,7 @@ class TrajectoryLeader:
         self._run_out_limiter = RunOutLimiter(terms.avoidance, terms.traits, limits, terms.bounds)
         avoidance = terms.avoidance
         self._blocked_s = None if avoidance is None else avoidance.blocked_timeout_s
-        self._trim = TrackingTrim()
+        self._trim = TrackingTrim(limits)
         self._samples: MotionSamples | None = None
         self._ahead_s = 0.0
         self.left_at_s = 0.0
@@ -132,6 +132,7 @@ class TrajectoryLeader:
             self.left_at_s = max(self.time_s, 0.0)
         self.carrot = self._samples = None
         self.room = Room()
+        self._trim.restart()
 
     @property
     def time_s(self) -> float:
@@ -162,10 +163,9 @@ class TrajectoryLeader:
         self.error_m = distance(here.state.position_enu_m, carrot.state.position_enu_m)
         if not stops and not carrot.ended:
             self._note(carrot)
-        if stops or self.is_blocked:
-            setpoint = carrot.setpoint
-        else:
-            setpoint = self._trim.trimmed(carrot, here.state, dt_s)
+        ends = stops or self.is_blocked
+        setpoint = self._trim.trimmed(carrot, here.state, dt_s, ends)
+        if not ends:
             rate_rad_s = wrap_angle(carrot.yaw_enu_rad - yaw) / dt_s if dt_s > 0.0 else 0.0
             setpoint = replace(setpoint, yaw_rate_rad_s=rate_rad_s)
         return Fly(self._run_out_limiter.limited(setpoint, observation))
