@@ -5,7 +5,7 @@ autopilot turns with it and comes late. So what is sent is ahead of the trajecto
 share of the error of position and velocity, and by the integral of the error along and across the
 motion. The gains and times were found on the simulated ArduCopter and PX4.
 
-What is sent beside the trajectory comes and goes gradually: a vehicle that is to stop does so on
+This difference from the trajectory comes and goes gradually: a vehicle that is to stop does so on
 the trajectory, and must not be led to it by a jump.
 """
 
@@ -44,8 +44,8 @@ _MOVED_M_S = 2.0
 
 
 @dataclass(frozen=True)
-class _Beside:
-    """What is sent beside the trajectory."""
+class _Difference:
+    """The difference between the setpoint that is sent and the trajectory."""
 
     position_enu_m: Vector3 = ZERO
     velocity_enu_m_s: Vector3 = ZERO
@@ -59,11 +59,11 @@ class TrackingTrim:
         """Begin without an error; ``limits`` are those of the flight."""
         self._limits = limits
         self._along_left_up: Vector3 = ZERO
-        self._beside = _Beside()
+        self._difference = _Difference()
 
     def restart(self) -> None:
-        """Begin on the trajectory again: what was sent before is past."""
-        self._beside = _Beside()
+        """Begin on the trajectory itself."""
+        self._difference = _Difference()
 
     def trimmed(self, carrot: Carrot, here: KinematicState, dt_s: float, stops: bool) -> Setpoint:
         """Return the setpoint to send.
@@ -76,8 +76,8 @@ class TrackingTrim:
         """
         state = carrot.state
         wanted = carrot.setpoint if stops else self._wanted(carrot, here, dt_s)
-        before, limits = self._beside, self._limits
-        now = self._beside = _Beside(
+        before, limits = self._difference, self._limits
+        now = self._difference = _Difference(
             _towards(
                 before.position_enu_m,
                 subtract(wanted.position_enu_m, state.position_enu_m),
