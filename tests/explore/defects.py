@@ -153,7 +153,7 @@ MUTANTS: tuple[Mutant, ...] = (
            "        coordinate_frame=frame,", "        coordinate_frame=12,"),
     Mutant("nobody is addressed", _STREAM,
            "        target_system=address.target_system,", "        target_system=0,"),
-    Mutant("the stream is never closed", _STREAM,
+    Mutant("an acceleration that is not given counts", _STREAM,
            "        return mask\n", "        return mask & ~IGNORE_ACCELERATION\n"),
     Mutant("bad numbers are accepted", "navigation_bridge.tasks.admission",
            "        if rejection is not None:\n            return rejection\n", ""),

@@ -1439,8 +1439,8 @@ def setpoints_accelerate_within_limits(message: Message, view: View, now_s: floa
     # Near traffic and bounds the velocity is left out: that of the positions counts.
     by_positions_m_s = ((message.x - before.x) / passed_s, (message.y - before.y) / passed_s)
     change_m_s = math.dist(
-        (message.vx, message.vy) if message.vx or message.vy else by_positions_m_s,
-        (before.vx, before.vy) if before.vx or before.vy else by_positions_m_s,
+        (message.vx, message.vy) if speed_of(message) > _STANDS_M_S else by_positions_m_s,
+        (before.vx, before.vy) if speed_of(before) > _STANDS_M_S else by_positions_m_s,
     )
     return change_m_s <= 2.0 * limit_m_s2 * passed_s + 0.1
 
@@ -1541,10 +1541,12 @@ def headings_are_in_radians(message: Message, view: View, now_s: float) -> bool:
 
 @always(_command(mavlink.MAV_CMD_NAV_TAKEOFF), "MAV_CMD_NAV_TAKEOFF")
 def takeoffs_are_low(message: Message, view: View, now_s: float) -> bool:
-    """A take-off is commanded to a height between 0 and 200 m above home."""
+    """A take-off is commanded to 0 to 200 m above home, where nobody has moved that."""
     height_m = getattr(message, "param7", None)
     height_m = message.z if height_m is None else height_m
     above_sea = view.craft.autopilot == "px4"
+    if view.moved_homes_enu_m:
+        return True
     return bool(-5.0 < height_m - (view.craft.home[2] if above_sea else 0.0) < 200.0)
 
 

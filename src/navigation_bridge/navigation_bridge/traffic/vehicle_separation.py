@@ -35,7 +35,7 @@ from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.intents import Fly, Outcome, Perform
 from navigation_core.tasks.observation import TaskOperation, VehicleMode
 from navigation_core.tasks.progress import Progress, Status
-from navigation_core.tasks.steering.commanded_speed import slowed
+from navigation_core.tasks.steering.commanded_speed import CommandedSpeed
 from navigation_core.tasks.traffic.entries import Claimant, Rank, TrafficWait
 from navigation_core.tasks.traffic.path_in_traffic import BRAKE_SHARE
 from navigation_core.tasks.traffic.traffic_view import TrafficFrame, TrafficView
@@ -87,6 +87,7 @@ class VehicleSeparation(Feature):
         self._now = 0.0
         self._target: tuple[tuple[TrafficFrame, Vector3], Volume] | None = None
         self._announcements = Announcements()
+        self._commanded_speed = CommandedSpeed()
 
     def share(self, shared: SharedTraffic) -> None:
         """Keep apart from the other vehicles of a traffic."""
@@ -219,7 +220,13 @@ class VehicleSeparation(Feature):
         if view is None or not steered:
             return intent
         self._rank(goal, snapshot)
-        setpoint = slowed(view, intent.setpoint, *_run_out(snapshot), snapshot.time_s)
+        setpoint = self._commanded_speed.slowed(
+            view,
+            intent.setpoint,
+            *_run_out(snapshot),
+            self._config.goto.limits.acceleration_horizontal_m_s2,
+            snapshot.time_s,
+        )
         return replace(intent, setpoint=setpoint)
 
     # --- what it holds ------------------------------------------------------------------------

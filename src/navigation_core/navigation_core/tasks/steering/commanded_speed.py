@@ -15,34 +15,56 @@ from navigation_core.tasks.traffic.reserved_path import REACTION_S
 from navigation_core.tasks.traffic.traffic_view import TrafficView
 from navigation_core.tasks.traffic.volumes import Volume
 
-__all__ = ["free_share", "slowed"]
+__all__ = ["CommandedSpeed", "free_share"]
 
 # Shares of a commanded velocity that are tried.
 _SHARES = (1.0, 0.75, 0.5, 0.35, 0.2, 0.1)
 # Used where none of them is free: the vehicle stands, and its course stays known.
 _STANDS_SHARE, _STANDS_M_S = 1e-3, 0.05
+# After a longer pause a setpoint continues none before.
+_CONTINUES_S = 0.5
 
 
-def slowed(
-    view: TrafficView, setpoint: Setpoint, timeout_s: float, braking_m_s2: float, now: float
-) -> Setpoint:
-    """Return a setpoint as fast as a run-out from it is free, and hold its volume.
+class CommandedSpeed:
+    """Slows down the setpoints of one vehicle; it slows down at once, and hastens gradually."""
 
-    Args:
-        view: the traffic.
-        setpoint: the command.
-        timeout_s: for how long the vehicle follows its last setpoint.
-        braking_m_s2: how hard it brakes then.
-        now: time in seconds.
-    """
-    if norm(setpoint.velocity_enu_m_s) < _STANDS_M_S:
-        return setpoint
-    share, volume = free_share(view, setpoint, timeout_s, braking_m_s2, now)
-    if volume is None:
-        slow_enu_m_s = scale(setpoint.velocity_enu_m_s, _STANDS_SHARE)
-        return replace(setpoint, velocity_enu_m_s=slow_enu_m_s, acceleration_enu_m_s2=ZERO)
-    view.reservations.stand(view.name, volume, now, moves=True)
-    return replace(setpoint, velocity_enu_m_s=scale(setpoint.velocity_enu_m_s, share))
+    def __init__(self) -> None:
+        """Begin without a setpoint."""
+        self._share, self._share_s = 1.0, -math.inf
+
+    def slowed(
+        self,
+        view: TrafficView,
+        setpoint: Setpoint,
+        timeout_s: float,
+        braking_m_s2: float,
+        acceleration_m_s2: float,
+        now: float,
+    ) -> Setpoint:
+        """Return a setpoint as fast as a run-out from it is free, and hold its volume.
+
+        Args:
+            view: the traffic.
+            setpoint: the command.
+            timeout_s: for how long the vehicle follows its last setpoint.
+            braking_m_s2: how hard it brakes then.
+            acceleration_m_s2: how fast it may become faster again.
+            now: time in seconds.
+        """
+        speed_m_s = norm(setpoint.velocity_enu_m_s)
+        if speed_m_s < _STANDS_M_S:
+            self._share = 1.0
+            return setpoint
+        share, volume = free_share(view, setpoint, timeout_s, braking_m_s2, now)
+        if volume is not None:
+            view.reservations.stand(view.name, volume, now, moves=True)
+        since_s = now - self._share_s
+        if since_s < _CONTINUES_S:
+            share = min(share, self._share + acceleration_m_s2 * since_s / speed_m_s)
+        self._share, self._share_s = share, now
+        if volume is None:
+            setpoint, share = replace(setpoint, acceleration_enu_m_s2=ZERO), _STANDS_SHARE
+        return replace(setpoint, velocity_enu_m_s=scale(setpoint.velocity_enu_m_s, share))
 
 
 def free_share(
