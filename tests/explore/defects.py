@@ -351,7 +351,6 @@ REASONS = {
     "a mode left is no end": "the bridge's own watch of the mode ends the goal before",
     "setpoints in any mode": "nobody offers a setpoint in another mode",
     "the stream stays open for a pilot": "the vehicle's interlock rejects setpoints in other modes",
-    "the vehicle is left with a velocity": "goals end at a stand or in another mode",
     "parking never lets go": "the vehicle's interlock ends it with the mode",
     "the last look at a path is left out": "searches keep clear by themselves",
     "any answer is ours": "the state must show what was asked for, whatever is answered",
