@@ -353,7 +353,6 @@ REASONS = {
     "the stream stays open for a pilot": "the vehicle's interlock rejects setpoints in other modes",
     "parking never lets go": "the vehicle's interlock ends it with the mode",
     "the last look at a path is left out": "searches keep clear by themselves",
-    "any answer is ours": "the state must show what was asked for, whatever is answered",
     "a rejection is an end at once": "no operation ends while the link is lost in the seeds",
     "a take-off is over on the ground": "other conditions of a take-off hold it up",
     "jumps of old goals count": "a position that has jumped is trusted again within a minute",
