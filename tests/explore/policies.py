@@ -1421,6 +1421,14 @@ def _is_led(view: View) -> bool:
     return view.craft.autopilot == "ardupilot"
 
 
+def _velocities(
+    message: Message, by_positions_m_s: tuple[float, float]
+) -> tuple[tuple[float, float], ...]:
+    """Return the velocities that a setpoint may mean: one next to nothing may be left out."""
+    sent_m_s = (message.vx, message.vy)
+    return (sent_m_s,) if speed_of(message) > _STANDS_M_S else (sent_m_s, by_positions_m_s)
+
+
 @always(_SETPOINTS, PARAMETERS)
 def setpoints_accelerate_within_limits(message: Message, view: View, now_s: float) -> bool:
     """Their velocity changes within the acceleration limit, also where positions alone are sent."""
@@ -1436,11 +1444,12 @@ def setpoints_accelerate_within_limits(message: Message, view: View, now_s: floa
     if moved_m > 1.0 + 2.0 * speed_of(before) * (now_s - view.before_s):
         return True  # begun again where the vehicle is, which was far behind
     passed_s = max(0.02, now_s - view.before_s)
-    # Near traffic and bounds the velocity is left out: that of the positions counts.
+    # Near traffic and bounds the velocity is left out: that of the positions may count.
     by_positions_m_s = ((message.x - before.x) / passed_s, (message.y - before.y) / passed_s)
-    change_m_s = math.dist(
-        (message.vx, message.vy) if speed_of(message) > _STANDS_M_S else by_positions_m_s,
-        (before.vx, before.vy) if speed_of(before) > _STANDS_M_S else by_positions_m_s,
+    change_m_s = min(
+        math.dist(after, was)
+        for after in _velocities(message, by_positions_m_s)
+        for was in _velocities(before, by_positions_m_s)
     )
     return change_m_s <= 2.0 * limit_m_s2 * passed_s + 0.1
 
