@@ -136,6 +136,7 @@ class View:
         last: the goal that ended last.
         truth: the last true state.
         moved_homes_enu_m: where a ground station has set home.
+        homes_up_m: by how much home is or was above where the vehicle began.
         set_s: when a ground station has set a parameter or home last.
         homes_enu_m: where it was armed last, where home was set, and where a PX4 has left the
             ground since: one of them is its home, by what its land detector makes of touching it.
@@ -200,6 +201,7 @@ class View:
     truth: Truth = UNSEEN
     homes_enu_m: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
     moved_homes_enu_m: tuple[tuple[float, float], ...] = ()
+    homes_up_m: tuple[float, ...] = (0.0,)
     set_s: float = -math.inf
     recent: deque[tuple[float, Truth]] = field(default_factory=deque)
     server: bool = False
@@ -471,8 +473,9 @@ class Course:
         """Note what a ground station sets."""
         how = event.how
         if event.what == "station_home":
-            north, east, _ = how["offset"]
+            north, east, up = how["offset"]
             view.moved_homes_enu_m += ((east, north),)
+            view.homes_up_m += (up,)
             view.homes_enu_m += ((east, north),)
         elif event.what == "station_fence":
             view.areas = how["areas"]

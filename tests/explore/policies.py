@@ -238,8 +238,7 @@ def nothing_is_left_with_a_velocity(view: View, goal_id: str, begun_s: float, no
         return True
     if view.setpoint_s < goal.accepted_s or view.setpoint_s < begun_s - 3.0:
         return True
-    ignored = message.type_mask & mavlink.POSITION_TARGET_TYPEMASK_VX_IGNORE
-    return bool(ignored) or math.hypot(message.vx, message.vy, message.vz) < _STANDS_M_S
+    return speed_of(message) < _STANDS_M_S
 
 
 @always(of_kind("asked"), OURS)
@@ -1550,13 +1549,13 @@ def headings_are_in_radians(message: Message, view: View, now_s: float) -> bool:
 
 @always(_command(mavlink.MAV_CMD_NAV_TAKEOFF), "MAV_CMD_NAV_TAKEOFF")
 def takeoffs_are_low(message: Message, view: View, now_s: float) -> bool:
-    """A take-off is commanded to 0 to 200 m above home, where nobody has moved that."""
+    """A take-off is commanded to a height between 0 and 200 m above where the vehicle began."""
     height_m = getattr(message, "param7", None)
     height_m = message.z if height_m is None else height_m
-    above_sea = view.craft.autopilot == "px4"
-    if view.moved_homes_enu_m:
-        return True
-    return bool(-5.0 < height_m - (view.craft.home[2] if above_sea else 0.0) < 200.0)
+    # A PX4's is above the sea, an ArduPilot's above home, which a ground station may have moved.
+    is_px4 = view.craft.autopilot == "px4"
+    added_m = (-view.craft.home[2],) if is_px4 else view.homes_up_m
+    return any(-5.0 < height_m + each_m < 200.0 for each_m in added_m)
 
 
 _ITEMS = sent("MISSION_ITEM_INT")

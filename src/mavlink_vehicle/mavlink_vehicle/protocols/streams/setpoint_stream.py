@@ -274,7 +274,7 @@ class SetpointStream(Machine[VehicleEvent], VehicleService):
         self.is_open = False
         self.statistics = StreamStatistics()
         self._running_since_s = math.inf
-        self._stop_waits = False
+        self._offered = SetpointNed()
 
     def steady_from_s(self, duration_s: float, now: float) -> float:
         """Return when it will have run for `duration_s` without a pause; infinity if it doesn't."""
@@ -327,7 +327,7 @@ class SetpointStream(Machine[VehicleEvent], VehicleService):
             raise SetpointError("The setpoint stream is closed; open it before sending.")
         reduced = legal_setpoint(setpoint, profile)
         self.outbox.append(setpoint_message(reduced, address, time_boot_ms))
-        self._stop_waits = _stops(reduced)
+        self._offered = reduced
         statistics = self.statistics
         if statistics.last_sent_s is None or now - statistics.last_sent_s > MAX_GAP_S:
             self._running_since_s = now
@@ -346,7 +346,7 @@ class SetpointStream(Machine[VehicleEvent], VehicleService):
 
     def _finish(self, now: float) -> None:
         self.is_open = False
-        del self.outbox[: -1 if self._stop_waits else None]
+        del self.outbox[: -1 if _stops(self._offered) else None]
 
     table: ClassVar[Table] = {
         (StreamState.CLOSED, StreamInput.OPEN): (StreamState.OPEN, _allow),

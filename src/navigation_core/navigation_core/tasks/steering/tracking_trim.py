@@ -77,22 +77,14 @@ class TrackingTrim:
         state = carrot.state
         wanted = carrot.setpoint if stops else self._wanted(carrot, here, dt_s)
         before, limits = self._difference, self._limits
+        moved = subtract(wanted.position_enu_m, state.position_enu_m)
+        faster = subtract(wanted.velocity_enu_m_s, state.velocity_enu_m_s)
+        harder = subtract(wanted.acceleration_enu_m_s2, state.acceleration_enu_m_s2)
+        faster_m_s = limits.acceleration_horizontal_m_s2 * dt_s
         now = self._difference = _Difference(
-            _towards(
-                before.position_enu_m,
-                subtract(wanted.position_enu_m, state.position_enu_m),
-                _MOVED_M_S * dt_s,
-            ),
-            _towards(
-                before.velocity_enu_m_s,
-                subtract(wanted.velocity_enu_m_s, state.velocity_enu_m_s),
-                limits.acceleration_horizontal_m_s2 * dt_s,
-            ),
-            _towards(
-                before.acceleration_enu_m_s2,
-                subtract(wanted.acceleration_enu_m_s2, state.acceleration_enu_m_s2),
-                limits.jerk_m_s3 * dt_s,
-            ),
+            _towards(before.position_enu_m, moved, _MOVED_M_S * dt_s),
+            _towards(before.velocity_enu_m_s, faster, faster_m_s),
+            _towards(before.acceleration_enu_m_s2, harder, limits.jerk_m_s3 * dt_s),
         )
         return replace(
             wanted,
